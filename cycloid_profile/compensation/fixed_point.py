@@ -1,0 +1,116 @@
+"""Deformation compensation: load → δmax → profile → load, until δmax stands still (docs/theory.md, Eq. 39)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+from cycloid_profile.contact.backlash import Backlash, backlash
+from cycloid_profile.contact.case import LoadCase
+from cycloid_profile.contact.sharing import LoadSharing, Status
+from cycloid_profile.errors import CompensationError, SolveError
+from cycloid_profile.geometry.profile import ToothProfile
+from cycloid_profile.modification.setup import DeformationCompensation
+from cycloid_profile.units import ARCMIN, NM, UM
+
+SETTLED = 0.1 * NM
+_MAX_ROUNDS = 20
+# Backlash this far below zero is rounding: 1e-9 rad is 0.05 nm at the flank.
+_BACKLASH_ROUNDING = 1e-9
+
+
+class LoadSharingSolver(Protocol):
+    """Anything that shares a load among the pins: ``Classical``, ``Equilibrium``."""
+
+    def solve(self, case: LoadCase) -> LoadSharing:
+        """Load on the pins of one disc."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Compensation:
+    """A compensated profile and how it was found.
+
+    ``case`` holds the profile before compensation; ``profile`` is the compensated one; ``delta_max`` [mm];
+    ``history`` δmax after each round [mm]; ``sharing`` the last load sharing, None for a δmax given by hand.
+    """
+
+    case: LoadCase
+    profile: ToothProfile
+    delta_max: float
+    before: Backlash
+    after: Backlash
+    history: tuple[float, ...]
+    sharing: LoadSharing | None
+
+    @property
+    def backlash_change(self) -> float:
+        """Worst backlash after minus before [rad]; −2 δmax/(a z_c) to first order (Eq. 40)."""
+        return self.after.worst - self.before.worst
+
+
+def compensate(case: LoadCase, solver: LoadSharingSolver, tolerance: float = SETTLED, poses: int = 24) -> Compensation:
+    """Add the deformation under ``case.torque`` back to the profile, as a fixed point.
+
+    Each round solves the load on the profile with the last δmax added; it ends when δmax changes by
+    less than ``tolerance`` [mm]. Radial clearance is unchanged: δ vanishes at root and tip.
+
+    Raises
+    ------
+    CompensationError
+        If the backlash would become negative at some pose.
+    SolveError
+        If a load solve fails or the rounds do not settle.
+    """
+    history: list[float] = []
+    profile, delta_max = case.profile, 0.0
+    for _ in range(_MAX_ROUNDS):
+        sharing = solver.solve(replace(case, profile=profile))
+        if sharing.status is not Status.CONVERGED:
+            raise SolveError(
+                "load sharing",
+                sharing.solver,
+                f"ended with '{sharing.status.value}'",
+                "check the modification amounts and the torque",
+            )
+        change = abs(sharing.delta_max - delta_max)
+        delta_max = sharing.delta_max
+        history.append(delta_max)
+        if change < tolerance:
+            break
+        profile = DeformationCompensation(delta_max).apply(case.profile)
+    else:
+        raise SolveError(
+            "delta_max",
+            f"{delta_max / UM:.4f} µm",
+            f"still changes by {change / UM:.2g} µm after {_MAX_ROUNDS} rounds",
+            "give deformation_compensation as a number in µm",
+        )
+    return _finished(case, delta_max, tuple(history), sharing, poses)
+
+
+def compensate_by(case: LoadCase, delta_max: float, poses: int = 24) -> Compensation:
+    """Compensate by a given ``delta_max`` [mm]; raises ``CompensationError`` as ``compensate`` does."""
+    if not (math.isfinite(delta_max) and delta_max >= 0.0):
+        raise CompensationError(
+            "delta_max", f"{delta_max} mm", "is negative or not finite", "give the deformation as a positive amount"
+        )
+    return _finished(case, delta_max, (delta_max,), None, poses)
+
+
+def _finished(
+    case: LoadCase, delta_max: float, history: tuple[float, ...], sharing: LoadSharing | None, poses: int
+) -> Compensation:
+    profile = DeformationCompensation(delta_max).apply(case.profile)
+    before = backlash(case.drive, case.profile, poses)
+    after = backlash(case.drive, profile, poses)
+    if after.least < -_BACKLASH_ROUNDING or after.binds:
+        limit = max(0.0, 0.5 * before.least * case.drive.trochoid.longest_lever)
+        raise CompensationError(
+            "deformation compensation delta_max",
+            f"{delta_max / UM:.3f} µm",
+            f"would leave a backlash of {after.least / ARCMIN:.3f}′; without binding it can be at most {limit / UM:.3f} µm",
+            f"raise the equidistant modification or set deformation_compensation to at most {limit / UM:.3f}",
+        )
+    return Compensation(case, profile, delta_max, before, after, history, sharing)

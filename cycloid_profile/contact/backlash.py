@@ -1,0 +1,108 @@
+"""How far a disc turns between its pins with the crank locked (docs/theory.md, Eqs. 32–33)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from cycloid_profile.arrays import FloatArray
+from cycloid_profile.contact.gap import Gaps, gaps
+from cycloid_profile.contact.meshing import Meshing, mesh, mesh_cycle
+from cycloid_profile.geometry.drive import Drive
+from cycloid_profile.geometry.profile import ToothProfile
+
+_MAX_STEPS = 40
+_SETTLED = 1e-13  # rad
+# A pin near root or tip has almost no lever: turning cannot open or close its gap.
+_LEAST_REACH = 0.05
+OVERLAP_TOLERANCE = 1e-7  # mm; overlap below this is rounding, not interference
+
+
+@dataclass(frozen=True, slots=True)
+class Touch:
+    """Disc turned until its first pin touches.
+
+    ``rotation`` shape (poses, discs), signed [rad]; ``gaps`` there, shape (poses, discs, pins);
+    ``settled`` is True where the iteration ended at a touch.
+    """
+
+    rotation: FloatArray
+    gaps: Gaps
+    settled: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Backlash:
+    """Rotation between the two flanks at poses over one mesh cycle, arrays of shape (poses,) [rad].
+
+    ``least_gap`` is the smallest gap with the disc midway between its two touches [mm]: below zero the
+    disc cannot be assembled without force.
+    """
+
+    forward: FloatArray
+    backward: FloatArray
+    least_gap: float
+
+    @property
+    def values(self) -> FloatArray:
+        """Backlash at each pose, shape (poses,) [rad]."""
+        return self.forward - self.backward
+
+    @property
+    def worst(self) -> float:
+        """Largest over the mesh cycle [rad]."""
+        return float(np.max(self.values))
+
+    @property
+    def least(self) -> float:
+        """Smallest over the mesh cycle [rad]; negative where the drive binds."""
+        return float(np.min(self.values))
+
+    @property
+    def binds(self) -> bool:
+        """Whether disc and pins overlap at some pose whatever the rotation."""
+        return self.least_gap < -OVERLAP_TOLERANCE
+
+
+def first_touch(profile: ToothProfile, pin_radius: float, meshing: Meshing, direction: float) -> Touch:
+    """Turn each disc by itself in ``direction`` (±1) until a pin touches, exactly.
+
+    Each step closes the smallest gap/lever, which converges quadratically because the levers hardly
+    change. Where disc and pins overlap to begin with, the rotation is against ``direction``.
+    """
+    rotation = np.zeros(meshing.phase.shape[:-1])
+    settled = False
+    least_lever = _LEAST_REACH * profile.trochoid.longest_lever
+    for _ in range(_MAX_STEPS):
+        found = gaps(profile, pin_radius, meshing, rotation=rotation)
+        arm = direction * found.lever
+        step = np.min(np.where(arm > least_lever, found.gap / np.maximum(arm, least_lever), np.inf), axis=-1)
+        rotation = rotation + direction * step
+        if float(np.max(np.abs(step))) < _SETTLED:
+            settled = True
+            break
+    return Touch(rotation, gaps(profile, pin_radius, meshing, rotation=rotation), settled)
+
+
+def backlash(drive: Drive, profile: ToothProfile, poses: int = 24) -> Backlash:
+    """Crank-locked backlash of one disc over ``poses`` poses of a mesh cycle, by exact contact."""
+    meshing = mesh(drive.trochoid, mesh_cycle(drive.trochoid, poses))
+    forward = first_touch(profile, drive.pin_radius, meshing, +1.0).rotation
+    backward = first_touch(profile, drive.pin_radius, meshing, -1.0).rotation
+    middle = gaps(profile, drive.pin_radius, meshing, rotation=0.5 * (forward + backward))
+    return Backlash(forward[:, 0], backward[:, 0], float(np.min(middle.gap)))
+
+
+def first_order_backlash(drive: Drive, equidistant: float, radial_moving: float) -> float:
+    """2[Δr_rp + Δr_p √(1−K1²)]/(a z_c), amounts in mm [rad] (Eq. 32)."""
+    K1 = drive.trochoid.short_width_ratio
+    return 2.0 * (equidistant + radial_moving * math.sqrt(1.0 - K1**2)) / drive.trochoid.longest_lever
+
+
+def input_locked_factor(drive: Drive) -> float:
+    """Backlash with the input held, over backlash with the crank held: z_c/(z_p + z1/z2) (Eq. 33)."""
+    if drive.first_stage is None:
+        return 1.0
+    return drive.trochoid.lobes / (drive.trochoid.pins + drive.first_stage.tooth_ratio)

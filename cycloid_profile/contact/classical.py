@@ -1,0 +1,115 @@
+"""The published engagement iteration: which pins touch, linear in the deformation, one curvature.
+
+Kept as the reference that articles and textbooks use; ``equilibrium`` is the accurate solver.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from cycloid_profile.arrays import FloatArray
+from cycloid_profile.contact.case import LoadCase
+from cycloid_profile.contact.hertz import LineContact
+from cycloid_profile.contact.sharing import LoadSharing, Status
+
+
+@dataclass(frozen=True, slots=True)
+class Classical:
+    """Iterates F_max ↔ δmax with pins at multiples of one pitch (docs/theory.md, Eqs. 28–31).
+
+    ``tolerance`` bounds the relative error of the moment balance; the articles stop at 1e-3.
+    """
+
+    tolerance: float = 1e-12
+    max_iterations: int = 200
+
+    def solve(self, case: LoadCase) -> LoadSharing:
+        """Load on the pins of one disc that carries ``case.disc_share`` of the torque."""
+        trochoid = case.drive.trochoid
+        count = np.arange(1, (trochoid.pins + 1) // 2, dtype=np.float64)
+        psi: FloatArray = 2.0 * math.pi / trochoid.pins * count
+        reach = trochoid.lever_function(psi)
+        lever = trochoid.longest_lever * reach
+        gap = take_up_gap(case, psi)
+        disc_torque = case.disc_share * abs(case.torque)
+        contact = _critical_contact(case)
+
+        force = _first_estimate(case)
+        # The carried moment rises with the force, so the answer stays between these two.
+        too_low, too_high = 0.0, math.inf
+        history: list[tuple[float, float]] = []
+        status, residual = Status.NOT_CONVERGED, math.inf
+        delta = float(case.law.approach(force, contact))
+        for _ in range(self.max_iterations):
+            history.append((force, delta))
+            moment = force * float(np.sum(lever * np.maximum(delta * reach - gap, 0.0))) / delta
+            residual = abs(moment / disc_torque - 1.0)
+            if residual < self.tolerance:
+                status = Status.CONVERGED
+                break
+            if moment < disc_torque:
+                too_low = force
+            else:
+                too_high = force
+            force = _inside(force * disc_torque / moment if moment > 0.0 else math.inf, too_low, too_high)
+            delta = float(case.law.approach(force, contact))
+
+        approach = np.maximum(delta * reach - gap, 0.0)
+        forces = force * approach / delta
+        return LoadSharing(
+            case=case,
+            solver="classical",
+            phase=psi[np.newaxis],
+            gap=gap[np.newaxis],
+            approach=approach[np.newaxis],
+            force=forces[np.newaxis],
+            pressure=contact.peak_pressure(forces)[np.newaxis],
+            lever=lever[np.newaxis],
+            rotation=np.array([delta / trochoid.longest_lever]),
+            max_force=force,
+            delta_max=delta,
+            status=status,
+            residual=residual,
+            history=tuple(history),
+        )
+
+
+def take_up_gap(case: LoadCase, phase: FloatArray) -> FloatArray:
+    """Gap with the disc turned until ψ0 touches, first order in the modification [mm] (Eq. 28).
+
+    Δ(ψ) = Δr_rp(1 − sinψ S) + Δr_p S(1 − K1 cosψ − √(1−K1²) sinψ). A flank removal drops out: on one
+    flank it is a rotation.
+    """
+    nominal, ground = case.drive.trochoid, case.profile.trochoid
+    equidistant = case.profile.pin_radius - case.drive.pin_radius
+    radial_moving = nominal.pin_circle_radius - ground.pin_circle_radius
+    K1 = nominal.short_width_ratio
+    w = nominal.speed_ratio(phase)
+    sin, cos = np.sin(phase), np.cos(phase)
+    gap: FloatArray = (
+        equidistant * (1.0 - sin / w) + radial_moving * (1.0 - K1 * cos - math.sqrt(1.0 - K1**2) * sin) / w
+    )
+    return gap
+
+
+def _critical_contact(case: LoadCase) -> LineContact:
+    """The contact at ψ0 of the unmodified tooth, which the scheme uses for every pin."""
+    point = case.drive.theoretical_profile.at(case.drive.trochoid.critical_phase)
+    return case.line_contact(np.asarray(point.curvature))
+
+
+def _first_estimate(case: LoadCase) -> float:
+    """Mean of the two usual estimates: evenly loaded pins, and one pin at the longest lever [N] (Eq. 31)."""
+    trochoid, torque = case.drive.trochoid, abs(case.torque)
+    spread = 2.2 * torque / (trochoid.short_width_ratio * trochoid.lobes * trochoid.pin_circle_radius)
+    return 0.5 * (spread + case.disc_share * torque / trochoid.longest_lever)
+
+
+def _inside(force: float, too_low: float, too_high: float) -> float:
+    """The published step where it stays in the bracket, else a step that halves it."""
+    if too_low < force < too_high:
+        return force
+    return 2.0 * too_low if math.isinf(too_high) else 0.5 * (too_low + too_high)

@@ -1,0 +1,102 @@
+"""The drive as drawn: pins, disc, and how the disc is held. Base units throughout."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from cycloid_profile.errors import GeometryError
+from cycloid_profile.geometry.profile import ToothProfile
+from cycloid_profile.geometry.trochoid import Trochoid
+
+
+@dataclass(frozen=True, slots=True)
+class Cranks:
+    """Crank shafts of an RV reducer: ``count`` eccentrics on a circle of the carrier.
+
+    ``circle_radius`` [mm]; ``bearing_stiffness`` of each crank bearing against a disc, radial [N/mm].
+    """
+
+    count: int
+    circle_radius: float
+    bearing_stiffness: float
+
+
+@dataclass(frozen=True, slots=True)
+class CentralEccentric:
+    """One eccentric bearing in the disc's centre; the disc turns the output through pins in holes.
+
+    ``bearing_stiffness`` of the eccentric bearing, radial [N/mm].
+    """
+
+    bearing_stiffness: float
+
+
+@dataclass(frozen=True, slots=True)
+class InvoluteStage:
+    """First stage: a sun of ``sun_teeth`` drives planets of ``planet_teeth``; ``module`` [mm]."""
+
+    sun_teeth: int
+    planet_teeth: int
+    module: float
+
+    @property
+    def tooth_ratio(self) -> float:
+        """z1/z2, sun over planet."""
+        return self.sun_teeth / self.planet_teeth
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """Nominal cycloid stage with its support (docs/conventions.md).
+
+    Parameters
+    ----------
+    trochoid : pins, pin circle and eccentricity
+    pin_radius : r_rp [mm]
+    disc_width : width b of one disc [mm]
+    discs : number of discs, evenly phased
+    support : what carries the discs
+    first_stage : involute stage, or None when the eccentric is the input
+
+    Raises
+    ------
+    GeometryError
+        If pins overlap, the pin undercuts the tooth, or a length is not positive.
+    """
+
+    trochoid: Trochoid
+    pin_radius: float
+    disc_width: float
+    discs: int
+    support: Cranks | CentralEccentric
+    first_stage: InvoluteStage | None = None
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.disc_width) and self.disc_width > 0.0):
+            raise GeometryError(
+                "disc_width", f"{self.disc_width} mm", "is not a positive length", "give the face width of one disc"
+            )
+        if self.discs < 1:
+            raise GeometryError("discs", self.discs, "is below 1", "give at least one disc")
+        self.theoretical_profile  # noqa: B018 - refuses a pin radius that is not positive or undercuts
+        room = self.trochoid.pin_circle_radius * math.sin(math.pi / self.trochoid.pins)
+        if self.pin_radius >= room:
+            raise GeometryError(
+                "pin_radius",
+                f"{self.pin_radius:.4f} mm",
+                f"makes neighbouring pins overlap, the limit is {room:.4f} mm",
+                "take thinner or fewer pins, or a larger pin circle",
+            )
+
+    @property
+    def theoretical_profile(self) -> ToothProfile:
+        """The unmodified tooth: exact, with no clearance anywhere."""
+        return ToothProfile(self.trochoid, self.pin_radius)
+
+    @property
+    def reduction_ratio(self) -> float:
+        """Input turns per output turn, housing fixed: 1 + z_p·z2/z1, or z_c when the eccentric is the input."""
+        if self.first_stage is None:
+            return float(self.trochoid.lobes)
+        return 1.0 + self.trochoid.pins / self.first_stage.tooth_ratio
