@@ -10,15 +10,19 @@ class CycloidError(Exception):
     ----------
     what : name of the quantity or key at fault
     value : the value it had
-    limit : the rule it broke, as a clause ("must be below 1")
-    remedy : what to do, as a clause ("lower eccentricity_mm below 1.600")
+    limit : the rule it broke, as a clause ("is outside (0, 1)")
+    remedy : what to do, as a clause ("keep the eccentricity below 1.600 mm")
     """
 
     exit_code = 2
 
-    def __init__(self, what: str, value: object, limit: str, remedy: str) -> None:
+    def __init__(self, what: str, value: object, limit: str, remedy: str, joint: str = " = ") -> None:
         self.what, self.value, self.limit, self.remedy = what, value, limit, remedy
-        super().__init__(f"{what} = {value} {limit}: {remedy}")
+        super().__init__(f"{what}{joint}{value} {limit}: {remedy}")
+
+    def renamed(self, what: str) -> CycloidError:
+        """The same error told of another name, such as the key of a file."""
+        return type(self)(what, self.value, self.limit, self.remedy)
 
 
 class SpecError(CycloidError):

@@ -110,7 +110,7 @@ def _finished(
         raise CompensationError(
             "deformation compensation delta_max",
             f"{delta_max / UM:.3f} µm",
-            f"would leave a backlash of {after.least / ARCMIN:.3f}′; without binding it can be at most {limit / UM:.3f} µm",
+            f"would leave a backlash of {after.least / ARCMIN:.3f}′, the most is {limit / UM:.3f} µm",
             f"raise the equidistant modification or set deformation_compensation to at most {limit / UM:.3f}",
         )
     return Compensation(case, profile, delta_max, before, after, history, sharing)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray
-from cycloid_profile.contact.backlash import first_touch
+from cycloid_profile.contact.backlash import OVERLAP_TOLERANCE, first_touch
 from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.contact.hertz import LineContact
 from cycloid_profile.contact.meshing import mesh, mesh_cycle
@@ -56,6 +56,8 @@ class Equilibrium:
             beta = beta - (moment - disc_torque) / np.sum(stiffness * lever**2, axis=-1)
         if not touch.settled:
             status = Status.NO_CONTACT
+        elif float(np.min(found.gap)) < -OVERLAP_TOLERANCE:
+            status = Status.INTERFERENCE
         return LoadSharing(
             case=case,
             solver="equilibrium",

@@ -1,7 +1,7 @@
 """Where each pin stands on each disc at a crank pose (docs/theory.md, Eqs. 19–20).
 
 The housing and its pins stand still. Every pin is looked at from the lobe it works with, so that its
-phase ψ lies in (−π, π]: 0 with the pin in the root, ±π on the tip. Positive ψ is the flank that
+phase ψ lies in [−π, π]: 0 with the pin in the root, ±π on the tip. Positive ψ is the flank that
 resists a disc turned anticlockwise.
 """
 
@@ -20,7 +20,7 @@ from cycloid_profile.geometry.trochoid import Trochoid
 class Meshing:
     """Pins as seen by the discs, over poses × discs × pins.
 
-    ``crank_angle`` shape (poses, discs) [rad]; ``phase`` shape (poses, discs, pins) [rad];
+    ``crank_angle`` shape (poses, discs) [rad]; ``phase`` shape (poses, discs, pins), in [−π, π] [rad];
     ``into_lobe`` the unit complex number that turns a housing vector into the pin's lobe frame.
     """
 

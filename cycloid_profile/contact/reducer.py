@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cycloid_profile.arrays import ArrayLike, FloatArray
+from cycloid_profile.arrays import ArrayLike, BoolArray, FloatArray
 from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.contact.gap import Gaps, gaps
 from cycloid_profile.contact.hertz import LineContact
@@ -45,9 +45,14 @@ class ReducerState:
     status: tuple[Status, ...]
 
     @property
+    def settled(self) -> BoolArray:
+        """Which poses converged, shape (poses,)."""
+        return np.array([status is Status.CONVERGED for status in self.status])
+
+    @property
     def converged(self) -> bool:
         """Whether every pose converged."""
-        return all(status is Status.CONVERGED for status in self.status)
+        return bool(np.all(self.settled))
 
 
 class _Linear(NamedTuple):
@@ -73,15 +78,13 @@ def reducer_equilibrium(case: LoadCase, crank_angle: ArrayLike, tolerance: float
     springs = support.stiffness * np.einsum("psdu,psdv->puv", support.spring_stretch, support.spring_stretch)
     residual = np.full(u.shape[0], math.inf)
     force = np.zeros(meshing.phase.shape)
-    # Generalised forces are compared as N·mm: a disc's shift counts with the pin circle as its arm.
-    scale = np.where(np.arange(u.shape[1]) == 0, 1.0, case.drive.trochoid.pin_circle_radius)
     for _ in range(_REFRESHES):
         linear = _linearise(case, meshing, support, u)
         gradient, force = _unbalanced(case, linear, springs, load, u, np.zeros_like(u))
-        residual = np.max(np.abs(gradient) * scale, axis=-1) / abs(case.torque)
+        residual = np.max(np.abs(gradient) * support.arm, axis=-1) / abs(case.torque)
         if float(np.max(residual)) < tolerance:
             break
-        u = u + _newton(case, linear, springs, load, u, scale, 0.1 * tolerance)
+        u = u + _newton(case, linear, springs, load, u, support.arm, 0.1 * tolerance)
     motion = np.einsum("pdiu,pu->pdi", support.disc_motion, u)
     status = tuple(
         Status.NO_CONTACT if not ok else Status.CONVERGED if r < tolerance else Status.NOT_CONVERGED
@@ -149,20 +152,20 @@ def _newton(
     springs: FloatArray,
     load: FloatArray,
     u: FloatArray,
-    scale: FloatArray,
+    arm: FloatArray,
     tolerance: float,
 ) -> FloatArray:
     """Minimise the convex energy of the linearised problem; returns the step from ``u``."""
     step = np.zeros_like(u)
     gradient, force = _unbalanced(case, linear, springs, load, u, step)
     for _ in range(_NEWTON_STEPS):
-        if float(np.max(np.abs(gradient) * scale)) < tolerance * abs(case.torque):
+        if float(np.max(np.abs(gradient) * arm)) < tolerance * abs(case.torque):
             break
         stiffness = np.where(force > 0.0, case.law.stiffness(force, linear.contact), 0.0)
         hessian = springs + np.einsum("pdku,pdk,pdkv->puv", linear.jacobian, stiffness, linear.jacobian)
         # A trace of damping keeps the matrix regular while the discs still float between the pins.
         diagonal = np.einsum("puu->pu", hessian)
-        diagonal += 1e-9 * np.max(diagonal, axis=-1, keepdims=True) / scale**2
+        diagonal += 1e-9 * np.max(diagonal, axis=-1, keepdims=True) / arm**2
         direction = -np.linalg.solve(hessian, gradient[..., np.newaxis])[..., 0]
         slope = np.sum(gradient * direction, axis=-1)
         fraction = np.ones(u.shape[0])

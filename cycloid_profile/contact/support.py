@@ -22,19 +22,21 @@ class SupportModel:
     ``spring_stretch`` shape (poses, springs, 2, unknowns): maps u to the stretch of each bearing [mm].
     ``stiffness`` of every bearing, the same in all directions [N/mm].
     ``rigid_motion`` shape (poses, unknowns): u per rad of Θ that stretches no spring.
+    ``arm`` shape (unknowns,): brings every generalised force to N·mm, 1 for rotations [mm for shifts].
     """
 
     disc_motion: FloatArray
     spring_stretch: FloatArray
     stiffness: float
     rigid_motion: FloatArray
+    arm: FloatArray
 
 
 def support_model(drive: Drive, crank_angle: FloatArray) -> SupportModel:
     """Kinematics at crank angles of shape (poses, discs) [rad]."""
     if isinstance(drive.support, Cranks):
         return _cranks(drive, drive.support, crank_angle)
-    return _central(drive.support, crank_angle)
+    return _central(drive, drive.support, crank_angle)
 
 
 def crank_turn_per_carrier_turn(drive: Drive) -> float:
@@ -64,10 +66,12 @@ def _cranks(drive: Drive, cranks: Cranks, crank_angle: FloatArray) -> SupportMod
             stretch[:, j, i, 0, 0], stretch[:, j, i, 1, 0] = eccentric.real, eccentric.imag
             stretch[:, j, i, range(2), range(own, own + 2)] = -1.0
             stretch[:, j, i, :, own + 2] = -arm.real, -arm.imag
-    return SupportModel(disc_motion, stretch.reshape(poses, -1, 2, unknowns), cranks.bearing_stiffness, rigid)
+    return SupportModel(
+        disc_motion, stretch.reshape(poses, -1, 2, unknowns), cranks.bearing_stiffness, rigid, _arms(drive, unknowns, 3)
+    )
 
 
-def _central(eccentric: CentralEccentric, crank_angle: FloatArray) -> SupportModel:
+def _central(drive: Drive, eccentric: CentralEccentric, crank_angle: FloatArray) -> SupportModel:
     """Central eccentric: each disc turns with the carrier and shifts against its own bearing."""
     poses, discs = crank_angle.shape
     unknowns = 1 + 2 * discs
@@ -80,4 +84,12 @@ def _central(eccentric: CentralEccentric, crank_angle: FloatArray) -> SupportMod
         disc_motion[:, j, range(2), range(own, own + 2)] = 1.0
         disc_motion[:, j, 2, 0] = 1.0
         stretch[:, j, range(2), range(own, own + 2)] = -1.0
-    return SupportModel(disc_motion, stretch, eccentric.bearing_stiffness, rigid)
+    return SupportModel(disc_motion, stretch, eccentric.bearing_stiffness, rigid, _arms(drive, unknowns, 2))
+
+
+def _arms(drive: Drive, unknowns: int, per_disc: int) -> FloatArray:
+    """The pin circle is the arm of a disc's shift; rotations are moments already."""
+    arm = np.ones(unknowns)
+    for own in range(1, unknowns, per_disc):
+        arm[own : own + 2] = drive.trochoid.pin_circle_radius
+    return arm

@@ -25,7 +25,7 @@ class LeastRadii:
 def inflection_phase(profile: ToothProfile) -> float:
     """Phase in (0, π) where the parallel curve passes from concave root to convex tip [rad] (Eq. 12).
 
-    NaN where the tooth has no concave part (K1 z_p ≤ 1).
+    NaN where the tooth has no concave part (K1 z_p < 1).
     """
     K1, z_p = profile.trochoid.short_width_ratio, profile.trochoid.pins
     cosine = (1.0 + z_p * K1**2) / (K1 * (z_p + 1))

@@ -79,6 +79,13 @@ class Drive:
             )
         if self.discs < 1:
             raise GeometryError("discs", self.discs, "is below 1", "give at least one disc")
+        if self.first_stage is not None and isinstance(self.support, CentralEccentric):
+            raise GeometryError(
+                "first_stage",
+                f"{self.first_stage.sun_teeth}/{self.first_stage.planet_teeth} teeth",
+                "drives planets, which a central eccentric has not",
+                "add [drive.cranks] or leave [drive.first_stage] out",
+            )
         self.theoretical_profile  # noqa: B018 - refuses a pin radius that is not positive or undercuts
         room = self.trochoid.pin_circle_radius * math.sin(math.pi / self.trochoid.pins)
         if self.pin_radius >= room:

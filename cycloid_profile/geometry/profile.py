@@ -124,7 +124,7 @@ class ToothProfile:
 def undercut_limit(trochoid: Trochoid) -> float:
     """Largest pin radius that does not undercut: the least convex radius of the trochoid [mm].
 
-    Returns infinity for a trochoid with no convex part. Closed form of the stationary point, Eq. 11.
+    Closed form of the stationary point, Eq. 11.
     """
     K1, z_p, r_p = trochoid.short_width_ratio, trochoid.pins, trochoid.pin_circle_radius
     # |ρ| = r_p w³ / |B| with both w² and B linear in cosψ is stationary at one cosψ inside (−1, 1)

@@ -45,7 +45,7 @@ class ChordTolerance:
 
     def _piece(self, profile: ToothProfile, a: float, b: float) -> FloatArray:
         psi = np.linspace(a, b, _FINE)
-        points = profile.at(psi, _piece_side(a, b, psi))
+        points = profile.at(psi, piece_side(a, b, psi))
         arc_rate = np.abs(points.first)
         # Sagitta of a chord is κ s²/8. Near an inflection κ vanishes but its slope does not: the floor
         # stands in for the cubic term there.
@@ -106,6 +106,13 @@ def smooth_pieces(profile: ToothProfile) -> list[tuple[float, float]]:
     return list(itertools.pairwise(edges))
 
 
+def piece_side(a: float, b: float, psi: FloatArray) -> FloatArray:
+    """Flank whose smooth branch covers the piece [a, b], in the shape of ``psi``: one branch on a half lobe."""
+    if b - a < 1.5 * math.pi:
+        return np.full_like(psi, 1.0 if 0.5 * (a + b) < math.pi else -1.0)
+    return np.where(psi < math.pi, 1.0, -1.0)
+
+
 def chord_error(profile: ToothProfile, nodes: FloatArray) -> float:
     """Largest distance between the curve and the chords that join ``nodes`` [mm]."""
     ends = profile.at(nodes).position
@@ -117,13 +124,6 @@ def chord_error(profile: ToothProfile, nodes: FloatArray) -> float:
         offset = (np.conj(direction) * (profile.at(psi).position - ends[:-1])).imag
         worst = max(worst, float(np.max(np.abs(offset))))
     return worst
-
-
-def _piece_side(a: float, b: float, psi: FloatArray) -> FloatArray:
-    """One smooth branch on a half-lobe piece, the natural flank elsewhere."""
-    if b - a < 1.5 * math.pi:
-        return np.full_like(psi, 1.0 if 0.5 * (a + b) < math.pi else -1.0)
-    return np.where(psi < math.pi, 1.0, -1.0)
 
 
 def _total(psi: FloatArray, density: FloatArray) -> float:
@@ -150,6 +150,6 @@ def _spread(profile: ToothProfile, points_per_lobe: int, rate: Callable[[ToothPo
     placed = []
     for (a, b), count in zip(pieces, share, strict=True):
         psi = np.linspace(a, b, 8 * _FINE)
-        density = rate(profile.at(psi, _piece_side(a, b, psi)))
+        density = rate(profile.at(psi, piece_side(a, b, psi)))
         placed.append(_equidistribute(psi, density, count)[:-1])
     return np.concatenate(placed)

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import Protocol
 
+from cycloid_profile.errors import GeometryError
 from cycloid_profile.geometry.profile import ToothProfile
 from cycloid_profile.modification.flank import FlankRemoval
 
@@ -81,6 +82,10 @@ def modify(profile: ToothProfile, *modifications: Modification) -> ToothProfile:
 
 
 def _with_flank_removal(profile: ToothProfile, amount: float) -> ToothProfile:
-    if not math.isfinite(amount) or amount == 0.0:
+    if not math.isfinite(amount):
+        raise GeometryError(
+            "flank removal", f"{amount} mm", "is not finite", "give an amount in mm, or an angle in rad"
+        )
+    if amount == 0.0:
         return profile
     return replace(profile, removals=(*profile.removals, FlankRemoval(amount)))

@@ -1,0 +1,55 @@
+"""``cycloid-profile accuracy``: backlash, lost motion, rigidity and transmission error of a spec."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from cycloid_profile.cli.terminal import default_folder, print_json, print_table, progress, warn
+
+
+def accuracy(
+    spec: Path,
+    /,
+    *,
+    out: Annotated[
+        Path | None, Parameter(help="Folder for the picture, default exports/NAME of the spec file.")
+    ] = None,
+    json: Annotated[bool, Parameter(negative=(), help="Print the numbers as one JSON object.")] = False,
+) -> int:
+    """Predict backlash, lost motion, torsional rigidity and transmission error, and draw them.
+
+    Example: cycloid-profile accuracy examples/rv40e.toml --json
+
+    Parameters
+    ----------
+    spec
+        Spec file (TOML).
+    """
+    from cycloid_profile.cli.figures import accuracy_rows
+    from cycloid_profile.design.record import design_disc
+    from cycloid_profile.design.summary import summary
+    from cycloid_profile.export.package import whole_or_nothing
+    from cycloid_profile.plot.accuracy import accuracy_plot
+    from cycloid_profile.plot.style import save
+    from cycloid_profile.report.build import PLOTS
+    from cycloid_profile.spec.read import read_spec
+
+    folder = out if out is not None else default_folder(spec)
+    with progress() as tell:
+        tell("loading the drive over one mesh cycle")
+        record = design_disc(read_spec(spec))
+        with whole_or_nothing(folder) as scratch:
+            (scratch / PLOTS).mkdir()
+            picture, _ = save(accuracy_plot(record), scratch / PLOTS, "accuracy")
+    figures = summary(record) | {"picture": str(folder / PLOTS / picture.name)}
+    if json:
+        print_json(figures)
+    else:
+        print_table(f"{record.spec.name}: accuracy", ("", "conventional", "compensated"), accuracy_rows(figures))
+        print(f"\npicture: {figures['picture']}")
+    for failure in record.failures:
+        warn(failure)
+    return 1 if record.failures else 0

@@ -1,0 +1,56 @@
+"""``cycloid-profile build``: from a spec file to every file, picture and number."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from cycloid_profile.cli.terminal import default_folder, print_json, print_table, progress, warn
+
+
+def build(
+    spec: Path,
+    /,
+    *,
+    out: Annotated[Path | None, Parameter(help="Output folder, default exports/NAME of the spec file.")] = None,
+    json: Annotated[bool, Parameter(negative=(), help="Print the numbers as one JSON object.")] = False,
+) -> int:
+    """Compute the tooth, compensate it, and write all files, pictures and the report.
+
+    Example: cycloid-profile build examples/rv40e.toml --out exports/rv40e
+
+    Parameters
+    ----------
+    spec
+        Spec file (TOML).
+    """
+    from cycloid_profile.cli.figures import accuracy_rows, load_rows
+    from cycloid_profile.design.record import design_disc
+    from cycloid_profile.design.summary import summary
+    from cycloid_profile.report.build import REPORT, build_package
+    from cycloid_profile.spec.read import read_spec
+
+    folder = out if out is not None else default_folder(spec)
+    with progress() as tell:
+        tell("reading the spec")
+        wanted = read_spec(spec)
+        tell("sharing the load, compensating the tooth")
+        record = design_disc(wanted)
+        skipped = build_package(record, folder, tell)
+    figures = summary(record) | {"out": str(folder), "skipped": skipped}
+    for reason in skipped.values():
+        warn(f"disc.step was not written: {reason}")
+    if figures["effects_not_simulated"]:
+        warn(f"kept in the spec but not simulated yet: {', '.join(figures['effects_not_simulated'])}")
+    if json:
+        print_json(figures)
+    else:
+        print_table(f"{record.spec.name}: accuracy", ("", "conventional", "compensated"), accuracy_rows(figures))
+        print()
+        print_table("load on the conventional tooth", ("", "classical", "equilibrium"), load_rows(figures))
+        print(f"\nwritten to {folder}; open {folder / REPORT}")
+    for failure in record.failures:
+        warn(failure)
+    return 1 if record.failures else 0

@@ -1,0 +1,63 @@
+"""``cycloid-profile catalog``: the drives that come with the package."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from cycloid_profile.cli.terminal import print_json, print_table
+
+
+def catalog(
+    name: str | None = None,
+    /,
+    *,
+    out: Annotated[Path | None, Parameter(help="Write the drive as a spec file, with its JSON Schema beside.")] = None,
+    json: Annotated[bool, Parameter(negative=(), help="Print as one JSON object.")] = False,
+) -> int:
+    """List the published drives, or print one as a spec file with its source.
+
+    Example: cycloid-profile catalog rv80e --out rv80e.toml
+
+    Parameters
+    ----------
+    name
+        Drive to print, default: list all.
+    """
+    import msgspec
+
+    from cycloid_profile.catalog.drives import catalog_drive, catalog_names, catalog_text
+
+    if name is None:
+        drives = {n: catalog_drive(n) for n in catalog_names()}
+        if json:
+            print_json({"schema": 1, "drives": {n: msgspec.to_builtins(d) for n, d in drives.items()}})
+            return 0
+        rows = [
+            (n, str(d.drive.pins), f"{d.drive.pin_circle_radius_mm:g}", f"{d.drive.eccentricity_mm:g}",
+             f"{d.load.rated_torque_nm:g}", str(len(d.source.assumed)))
+            for n, d in drives.items()
+        ]  # fmt: skip
+        header = ("drive", "pins", "pin circle radius [mm]", "eccentricity [mm]", "rated torque [N·m]", "assumed")
+        print_table("catalogue", header, rows)
+        return 0
+    if json:
+        print_json({"schema": 1, **msgspec.to_builtins(catalog_drive(name))})
+    elif out is None:
+        sys.stdout.write(catalog_text(name))
+    if out is not None:
+        _write(name, out)
+    return 0
+
+
+def _write(name: str, out: Path) -> None:
+    from cycloid_profile.catalog.drives import catalog_text
+    from cycloid_profile.export.package import whole_or_nothing
+    from cycloid_profile.spec.schema import SCHEMA_FILE, spec_schema
+
+    with whole_or_nothing(out.parent) as scratch:
+        (scratch / out.name).write_text(catalog_text(name), encoding="utf-8", newline="\n")
+        (scratch / SCHEMA_FILE).write_text(spec_schema(), encoding="utf-8", newline="\n")

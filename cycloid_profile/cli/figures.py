@@ -1,0 +1,36 @@
+"""The key figures of a design as rows of a table."""
+
+from __future__ import annotations
+
+from typing import Any
+
+_ACCURACY = (
+    ("backlash, crank held [′]", "backlash_arcmin"),
+    ("backlash, input held [′]", "backlash_input_locked_arcmin"),
+    ("lost motion at ±3 % torque [′]", "lost_motion_arcmin"),
+    ("torsional rigidity, 50–100 % [N·m/′]", "torsional_rigidity_nm_per_arcmin"),
+    ("transmission error, rated torque [″]", "transmission_error_arcsec"),
+)
+_LOAD = (
+    ("largest pin force [N]", "max_force_n"),
+    ("deformation δmax [µm]", "delta_max_um"),
+    ("loaded pins", "loaded_pins"),
+    ("peak pressure [MPa]", "max_pressure_mpa"),
+)
+
+
+def accuracy_rows(figures: dict[str, Any]) -> list[tuple[str, ...]]:
+    """Rows label, conventional, compensated."""
+    return [
+        (label, shown(figures["conventional"][key]), shown(figures["compensated"][key])) for label, key in _ACCURACY
+    ]
+
+
+def load_rows(figures: dict[str, Any]) -> list[tuple[str, ...]]:
+    """Rows label, classical, equilibrium."""
+    return [(label, shown(figures["classical"][key]), shown(figures["equilibrium"][key])) for label, key in _LOAD]
+
+
+def shown(value: float | None) -> str:
+    """Four significant digits, a dash for no number."""
+    return "–" if value is None else f"{value:.4g}"

@@ -1,0 +1,96 @@
+"""Checks of a design: what was found, the limit, and what to do."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from cycloid_profile.contact.backlash import Backlash
+from cycloid_profile.geometry.curvature import least_radii
+from cycloid_profile.geometry.drive import Drive
+from cycloid_profile.geometry.outline import DiscOutline, least_web
+from cycloid_profile.geometry.profile import undercut_limit
+from cycloid_profile.units import ARCMIN
+
+THIN_WEB = 1.0  # mm
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """One check: ``passed``, or the reason why not in ``value``, ``limit`` and ``remedy``.
+
+    A failed ``severe`` check means the disc cannot work; any other is advice.
+    """
+
+    name: str
+    passed: bool
+    value: str
+    limit: str
+    remedy: str
+    severe: bool = True
+
+    @property
+    def sentence(self) -> str:
+        """The check in one sentence."""
+        ending = "" if self.passed else f": {self.remedy}"
+        return f"{self.name} = {self.value}, limit {self.limit}{ending}"
+
+
+def design_checks(drive: Drive, outline: DiscOutline, backlash: Backlash) -> tuple[Check, ...]:
+    """All checks of the profile that would be ground."""
+    profile = outline.profile
+    nominal_gap = drive.trochoid.pin_circle_radius - profile.trochoid.pin_circle_radius
+    clearance = profile.pin_radius - drive.pin_radius + nominal_gap
+    radii = least_radii(profile)
+    web, place = least_web(outline)
+    # A corner between two flanks is not a radius: the wheel bridges it by less than a nanometre.
+    return (
+        Check(
+            "backlash",
+            not backlash.binds and backlash.least > -1e-9,
+            f"{backlash.least / ARCMIN:.4f}′",
+            "at least 0′",
+            "the drive would bind, raise equidistant_um or lower the compensation",
+        ),
+        Check(
+            "radial clearance",
+            clearance >= -1e-9,
+            f"{clearance * 1e3:.3f} µm",
+            "at least 0 µm",
+            "root and tip would press on the pins, raise equidistant_um + radial_moving_um",
+        ),
+        Check(
+            "generating pin radius",
+            profile.pin_radius < undercut_limit(profile.trochoid),
+            f"{profile.pin_radius:.4f} mm",
+            f"below {undercut_limit(profile.trochoid):.4f} mm",
+            "the tooth would be undercut, take thinner pins or a smaller eccentricity",
+        ),
+        Check(
+            "least concave radius",
+            radii.concave > 0.0,
+            _radius(radii.concave),
+            "above the grinding wheel's radius",
+            "dress a smaller wheel",
+            severe=False,
+        ),
+        Check(
+            f"thinnest web ({place})",
+            web > 0.0,
+            f"{web:.3f} mm",
+            "above 0 mm",
+            "the holes cut into each other or the teeth, make them smaller",
+        ),
+        Check(
+            f"web width ({place})",
+            web >= THIN_WEB,
+            f"{web:.3f} mm",
+            f"at least {THIN_WEB:g} mm",
+            "make the holes smaller",
+            severe=False,
+        ),
+    )
+
+
+def _radius(radius: float) -> str:
+    return "none" if math.isinf(radius) else f"{radius:.4f} mm"

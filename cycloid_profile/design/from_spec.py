@@ -1,0 +1,129 @@
+"""From the keys of a spec file to geometry and loads in base units."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from cycloid_profile.compensation.fixed_point import LoadSharingSolver
+from cycloid_profile.contact.case import LoadCase
+from cycloid_profile.contact.classical import Classical
+from cycloid_profile.contact.equilibrium import Equilibrium
+from cycloid_profile.contact.hertz import ArticleLogarithm, ContactLaw, Johnson, Material, Roark
+from cycloid_profile.errors import GeometryError, LoadError, SpecError
+from cycloid_profile.geometry.drive import CentralEccentric, Cranks, Drive, InvoluteStage
+from cycloid_profile.geometry.outline import DiscOutline, Hole, ring_of_holes
+from cycloid_profile.geometry.profile import ToothProfile
+from cycloid_profile.geometry.trochoid import Trochoid
+from cycloid_profile.modification.setup import Equidistant, FlankRotation, RadialMoving, modify
+from cycloid_profile.spec.model import MaterialSpec, Spec
+from cycloid_profile.units import ARCMIN, GPA, NEWTON_METRE, UM
+
+_KEYS = {
+    "pins": "drive.pins",
+    "pin_circle_radius": "drive.pin_circle_radius_mm",
+    "pin_radius": "drive.pin_radius_mm",
+    "eccentricity": "drive.eccentricity_mm",
+    "disc_width": "drive.disc_width_mm",
+    "discs": "drive.discs",
+    "torque": "load.rated_torque_nm",
+}
+_LAWS: dict[str, ContactLaw] = {"roark": Roark(), "johnson": Johnson(), "article": ArticleLogarithm()}
+_SOLVERS: dict[str, LoadSharingSolver] = {"equilibrium": Equilibrium(), "classical": Classical()}
+# Rated torque of an RV-40E per pin circle² × width × discs × modulus: a first guess where none is given.
+_TORQUE_PER_SIZE = 412e3 / (64.0**2 * 11.5 * 2 * 206e3)
+
+
+def drive_of(spec: Spec) -> Drive:
+    """The nominal drive. Raises ``GeometryError`` with the key's name where it cannot exist."""
+    d = spec.drive
+    support: Cranks | CentralEccentric = CentralEccentric(d.eccentric.bearing_stiffness_n_per_mm)
+    if d.cranks is not None:
+        support = Cranks(d.cranks.count, d.cranks.circle_radius_mm, d.cranks.bearing_stiffness_n_per_mm)
+    stage = d.first_stage
+    first_stage = None if stage is None else InvoluteStage(stage.sun_teeth, stage.planet_teeth, stage.module_mm)
+    with _key_names():
+        return Drive(
+            trochoid=Trochoid(d.pins, d.pin_circle_radius_mm, d.eccentricity_mm),
+            pin_radius=d.pin_radius_mm,
+            disc_width=d.disc_width_mm,
+            discs=d.discs,
+            support=support,
+            first_stage=first_stage,
+        )
+
+
+def conventional_profile(spec: Spec, drive: Drive) -> ToothProfile:
+    """The tooth with the modifications of the set-up, before deformation compensation."""
+    m = spec.modification
+    try:
+        return modify(
+            drive.theoretical_profile,
+            Equidistant(m.equidistant_um * UM),
+            RadialMoving(m.radial_moving_um * UM),
+            FlankRotation(m.rotation_arcmin * ARCMIN),
+        )
+    except GeometryError as error:
+        amounts = f"equidistant_um = {m.equidistant_um:g}, radial_moving_um = {m.radial_moving_um:g}"
+        raise SpecError(
+            f"modification ({amounts}): {error.what}", error.value, error.limit, "take smaller modification amounts"
+        ) from None
+
+
+def load_case(spec: Spec, drive: Drive, profile: ToothProfile) -> LoadCase:
+    """The rated load on ``profile``."""
+    with _key_names():
+        return LoadCase(
+            drive=drive,
+            profile=profile,
+            torque=rated_torque(spec),
+            disc_material=_material(spec.materials.disc),
+            pin_material=_material(spec.materials.pin),
+            law=_LAWS[spec.load.contact_law],
+            disc_share=spec.load.disc_share,
+        )
+
+
+def rated_torque(spec: Spec) -> float:
+    """Rated output torque [N·mm]; scaled from an RV-40E by size and stiffness where the spec has none."""
+    if spec.load.rated_torque_nm is not None:
+        return spec.load.rated_torque_nm * NEWTON_METRE
+    d, m = spec.drive, spec.materials
+    modulus = min(m.disc.youngs_modulus_gpa, m.pin.youngs_modulus_gpa) * GPA
+    return _TORQUE_PER_SIZE * d.pin_circle_radius_mm**2 * d.disc_width_mm * d.discs * modulus
+
+
+def compensation_solver(spec: Spec) -> LoadSharingSolver:
+    """The solver that finds the deformation to compensate."""
+    return _SOLVERS[spec.modification.compensation_solver]
+
+
+def disc_outline(spec: Spec, drive: Drive, profile: ToothProfile) -> DiscOutline:
+    """Tooth curve with bore and holes; sizes that the spec leaves out are estimated from the room there is."""
+    bare = DiscOutline(profile, ())
+    holes: list[Hole] = []
+    if isinstance(drive.support, Cranks):
+        circle = drive.support.circle_radius
+        crank_hole = spec.disc.crank_hole_radius_mm or 0.55 * max(bare.root_radius - circle, 0.0)
+        bore = spec.disc.bore_radius_mm or 0.7 * max(circle - crank_hole, 0.0)
+        holes += ring_of_holes("crank hole", drive.support.count, circle, crank_hole)
+    else:
+        bore = spec.disc.bore_radius_mm or 0.3 * bare.root_radius
+    holes.insert(0, Hole("bore", 0j, bore))
+    if spec.disc.output_holes is not None:
+        ring = spec.disc.output_holes
+        holes += ring_of_holes("output hole", ring.count, ring.circle_radius_mm, ring.radius_mm)
+    return DiscOutline(profile, tuple(hole for hole in holes if hole.radius > 0.0))
+
+
+def _material(material: MaterialSpec) -> Material:
+    return Material(material.youngs_modulus_gpa * GPA, material.poisson_ratio)
+
+
+@contextmanager
+def _key_names() -> Iterator[None]:
+    """Tell geometry errors by the key of the spec file."""
+    try:
+        yield
+    except (GeometryError, LoadError) as error:
+        raise error.renamed(_KEYS.get(error.what, error.what)) from None

@@ -1,0 +1,98 @@
+"""The numbers of a design as one JSON-ready object, each key with its unit; the contract of ``--json``."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from cycloid_profile.contact.backlash import input_locked_factor
+from cycloid_profile.contact.sharing import LoadSharing
+from cycloid_profile.design.accuracy import Accuracy
+from cycloid_profile.design.record import DesignRecord
+from cycloid_profile.geometry.curvature import least_radii
+from cycloid_profile.geometry.profile import undercut_limit
+from cycloid_profile.units import ARCMIN, ARCSEC, NEWTON_METRE, UM
+
+
+def summary(record: DesignRecord) -> dict[str, Any]:
+    """All key figures of ``record``; a number that does not exist is None."""
+    trochoid, profile, spec = record.drive.trochoid, record.profile, record.spec
+    radii = least_radii(record.drive.theoretical_profile)
+    compensation = record.compensation
+    return {
+        "schema": 1,
+        "name": spec.name,
+        "pins": trochoid.pins,
+        "lobes": trochoid.lobes,
+        "reduction_ratio": record.drive.reduction_ratio,
+        "short_width_ratio": trochoid.short_width_ratio,
+        "root_radius_mm": record.outline.root_radius,
+        "tip_radius_mm": record.outline.tip_radius,
+        "undercut_limit_mm": _finite(undercut_limit(trochoid)),
+        "least_convex_radius_mm": _finite(radii.convex),
+        "least_concave_radius_mm": _finite(radii.concave),
+        "radial_clearance_um": _radial_clearance_um(record),
+        "generating_pin_radius_mm": profile.pin_radius,
+        "generating_pin_circle_radius_mm": profile.trochoid.pin_circle_radius,
+        "rated_torque_nm": record.case.torque / NEWTON_METRE,
+        "rated_torque_assumed": spec.load.rated_torque_nm is None,
+        "classical": _sharing(record.classical),
+        "equilibrium": _sharing(record.equilibrium),
+        "compensation": {
+            "applied": compensation is not None,
+            "delta_max_um": 0.0 if compensation is None else compensation.delta_max / UM,
+            "solver": _solver(record),
+            "rounds": 0 if compensation is None else len(compensation.history),
+            "backlash_change_arcmin": 0.0 if compensation is None else compensation.backlash_change / ARCMIN,
+            "refused": record.refusal,
+        },
+        "conventional": _accuracy(record.conventional_accuracy),
+        "compensated": _accuracy(record.compensated_accuracy),
+        "checks": [
+            {"name": c.name, "passed": c.passed, "value": c.value, "limit": c.limit, "severe": c.severe}
+            for c in record.checks
+        ],
+        "effects_not_simulated": [effect["name"] for effect in spec.effects],
+        "failures": list(record.failures),
+    }
+
+
+def _radial_clearance_um(record: DesignRecord) -> float:
+    nominal, ground = record.drive.trochoid, record.profile.trochoid
+    clearance = record.profile.pin_radius - record.drive.pin_radius
+    return round((clearance + nominal.pin_circle_radius - ground.pin_circle_radius) / UM, 9)
+
+
+def _sharing(sharing: LoadSharing) -> dict[str, Any]:
+    return {
+        "max_force_n": sharing.max_force,
+        "delta_max_um": sharing.delta_max / UM,
+        "loaded_pins": sharing.loaded_pins,
+        "max_pressure_mpa": sharing.max_pressure,
+        "iterations": sharing.iterations,
+        "residual": _finite(sharing.residual),
+        "status": sharing.status.value,
+    }
+
+
+def _solver(record: DesignRecord) -> str | None:
+    if record.compensation is None:
+        return None
+    sharing = record.compensation.sharing
+    return "given" if sharing is None else sharing.solver
+
+
+def _accuracy(accuracy: Accuracy) -> dict[str, Any]:
+    return {
+        "backlash_arcmin": accuracy.backlash.worst / ARCMIN,
+        "backlash_least_arcmin": accuracy.backlash.least / ARCMIN,
+        "backlash_input_locked_arcmin": accuracy.backlash.worst * input_locked_factor(accuracy.case.drive) / ARCMIN,
+        "lost_motion_arcmin": _finite(accuracy.lost_motion / ARCMIN),
+        "torsional_rigidity_nm_per_arcmin": _finite(accuracy.torsional_rigidity * ARCMIN / NEWTON_METRE),
+        "transmission_error_arcsec": _finite(accuracy.transmission_error / ARCSEC),
+        "converged": accuracy.converged,
+    }
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

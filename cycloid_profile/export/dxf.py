@@ -1,0 +1,108 @@
+"""DXF R2010: the tooth as one cubic spline from control vertices, holes and axes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cycloid_profile.arrays import ComplexArray
+from cycloid_profile.design.record import DesignRecord
+from cycloid_profile.errors import ExportError
+from cycloid_profile.export.deviation import deviation
+from cycloid_profile.export.spline import disc_splines, joined
+from cycloid_profile.export.written import WrittenFile
+from cycloid_profile.units import UM
+
+_DEGREE = 3  # LibreCAD draws no higher degree
+_FIT_SHARE = 0.8  # the fit aims below the promised tolerance
+_MILLIMETRES = 4
+LAYERS = {"PROFILE": 7, "HOLES": 5, "CENTRE": 1}
+
+
+@dataclass(frozen=True, slots=True)
+class DxfExporter:
+    """Writes ``profile.dxf``."""
+
+    format: str = "dxf"
+    filename: str = "profile.dxf"
+
+    def write(self, record: DesignRecord, folder: Path) -> WrittenFile:
+        """Write, audit and read back. Raises ``ExportError`` if the file does not pass its own audit."""
+        import ezdxf
+
+        tolerance = record.spec.export.chord_tolerance_um * UM
+        curve = joined(disc_splines(record.profile, _DEGREE, _FIT_SHARE * tolerance))
+        path = folder / self.filename
+        with _repeatable_bytes():
+            doc = ezdxf.new("R2010", units=_MILLIMETRES)
+            space = doc.modelspace()
+            for name, colour in LAYERS.items():
+                doc.layers.add(name, color=colour)
+            spline = space.add_spline(degree=_DEGREE, dxfattribs={"layer": "PROFILE"})
+            # The closed flag stays off although the curve closes: several readers drop flagged splines.
+            spline.control_points = [(p.real, p.imag, 0.0) for p in curve.control_points.tolist()]
+            spline.knots = curve.knots.tolist()
+            for hole in record.outline.holes:
+                space.add_circle((hole.centre.real, hole.centre.imag), hole.radius, dxfattribs={"layer": "HOLES"})
+            reach = 1.05 * record.outline.tip_radius
+            for end in (complex(reach, 0.0), complex(0.0, reach)):
+                space.add_line((-end.real, -end.imag), (end.real, end.imag), dxfattribs={"layer": "CENTRE"})
+            doc.saveas(path)
+        points, entities = read_dxf_profile(path)
+        return WrittenFile(
+            self.filename, self.format, tolerance, deviation(record.profile, points), "ezdxf, audited", entities
+        )
+
+
+def read_dxf_profile(path: Path) -> tuple[ComplexArray, dict[str, int]]:
+    """Dense points of the spline on layer PROFILE [mm], and entity counts by layer.
+
+    Raises
+    ------
+    ExportError
+        If the audit finds an error, or there is not exactly one closed curve on the layer.
+    """
+    import ezdxf
+
+    doc = ezdxf.readfile(path)
+    faults = doc.audit().errors
+    splines: list[Any] = list(doc.modelspace().query('SPLINE[layer=="PROFILE"]'))
+    if faults or len(splines) != 1:
+        raise ExportError(
+            "DXF file",
+            f"'{path.name}'",
+            f"read back with {len(faults)} errors and {len(splines)} profile curves",
+            "report this as a defect",
+            " ",
+        )
+    tool = splines[0].construction_tool()
+    knots = np.unique(np.array(tool.knots()))
+    inner = (np.arange(5) + 0.5) / 5
+    parameters = (knots[:-1, np.newaxis] + np.diff(knots)[:, np.newaxis] * inner).ravel()
+    xyz = np.array([tuple(point) for point in tool.points(parameters.tolist())])
+    points: ComplexArray = xyz[:, 0] + 1j * xyz[:, 1]
+    first, last = splines[0].control_points[0], splines[0].control_points[-1]
+    if math.dist(first, last) > 1e-9:
+        raise ExportError("DXF curve", f"'{path.name}'", "does not close", "report this as a defect", " ")
+    layers = [entity.dxf.layer for entity in doc.modelspace()]
+    entities = {name: layers.count(name) for name in LAYERS}
+    return points, {**entities, "control_points": len(splines[0].control_points)}
+
+
+@contextmanager
+def _repeatable_bytes() -> Iterator[None]:
+    """No dates and random numbers in the file, so that equal input gives equal bytes."""
+    from ezdxf import options
+
+    before = options.write_fixed_meta_data_for_testing
+    options.write_fixed_meta_data_for_testing = True
+    try:
+        yield
+    finally:
+        options.write_fixed_meta_data_for_testing = before

@@ -1,0 +1,127 @@
+"""A contour program of lines and arcs (G1, G2, G3) along the tooth curve, and a small reader to check it."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from cycloid_profile.design.record import DesignRecord
+from cycloid_profile.export.biarc import Arcs, disc_arcs
+from cycloid_profile.export.deviation import deviation
+from cycloid_profile.export.written import WrittenFile
+from cycloid_profile.units import UM
+
+DECIMALS = 5
+ROUNDING = 0.5 * 10.0**-DECIMALS
+_FIT_SHARE = 0.8
+_LEAD_RADIUS = 3.0  # mm
+_STRAIGHT = 1e-4  # 1/mm; flatter arcs are written as lines while they stay within a tenth of the tolerance
+_WORD = re.compile(r"([A-Z])(-?\d+\.?\d*)")
+
+
+@dataclass(frozen=True, slots=True)
+class GcodeExporter:
+    """Writes ``grinding.nc``: absolute XY in mm, arc centres incremental, clockwise round the disc."""
+
+    format: str = "gcode"
+    filename: str = "grinding.nc"
+
+    def write(self, record: DesignRecord, folder: Path) -> WrittenFile:
+        """Write, read back and measure the contour between lead-in and lead-out."""
+        tolerance = record.spec.export.chord_tolerance_um * UM
+        arcs = _from_tip(disc_arcs(record.profile, _FIT_SHARE * tolerance), record)
+        path = folder / self.filename
+        path.write_text("\n".join(_program(record, arcs, tolerance)) + "\n", encoding="ascii", newline="\n")
+        contour, counts = read_gcode(path)
+        # The lead-in is the first arc read, the lead-out the last.
+        inner = Arcs(contour.ends[1:-1], contour.bend[1:-1])
+        return WrittenFile(
+            self.filename,
+            self.format,
+            tolerance + ROUNDING,
+            deviation(record.profile, inner.points()),
+            "own reader of G1/G2/G3",
+            counts,
+        )
+
+
+def read_gcode(path: Path) -> tuple[Arcs, dict[str, int]]:
+    """Cutting moves of a program as a chain of arcs, and how many of each kind."""
+    ends: list[complex] = []
+    bend: list[float] = []
+    counts = {"G1": 0, "G2": 0, "G3": 0}
+    here = 0j
+    for line in path.read_text(encoding="ascii").splitlines():
+        words = dict(_WORD.findall(re.sub(r"\(.*?\)", "", line)))
+        move = f"G{int(float(words['G']))}" if "G" in words else ""
+        if "X" not in words and "Y" not in words:
+            continue
+        there = complex(float(words.get("X", here.real)), float(words.get("Y", here.imag)))
+        if move in ("G2", "G3") or (move == "G1" and ends):
+            ends = ends or [here]
+            ends.append(there)
+            radius = abs(complex(float(words.get("I", 0)), float(words.get("J", 0))))
+            turn = {"G1": 0.0, "G2": -1.0, "G3": 1.0}[move]
+            bend.append(turn / radius if radius else 0.0)
+            counts[move] += 1
+        here = there
+    return Arcs(np.array(ends), np.array(bend)), counts
+
+
+def _from_tip(arcs: Arcs, record: DesignRecord) -> Arcs:
+    """The same closed chain started at a tooth tip, where a lead-in does no harm."""
+    radius = np.abs(arcs.ends[:-1])
+    start = int(np.argmax(radius[: len(radius) // record.drive.trochoid.lobes + 1]))
+    ends = np.roll(arcs.ends[:-1], -start)
+    return replace(arcs, ends=np.append(ends, ends[0]), bend=np.roll(arcs.bend, -start))
+
+
+def _program(record: DesignRecord, arcs: Arcs, tolerance: float) -> list[str]:
+    start = complex(arcs.ends[0])
+    outward = start / abs(start)
+    # Quarter circles that meet the tip tangentially: the path runs clockwise, −i·outward.
+    approach = start + _LEAD_RADIUS * (outward + 1j * outward)
+    leave = start + _LEAD_RADIUS * (outward - 1j * outward)
+    lead_centre = start + _LEAD_RADIUS * outward
+    feed = record.spec.export.feed_mm_per_min
+    name = re.sub(r"[^A-Za-z0-9 ._-]", "?", record.spec.name)
+    lines = [
+        "%",
+        f"(PROFILE OF {name.upper()})",
+        "(PATH IS THE TOOTH CURVE ITSELF: NO WHEEL RADIUS IS ALLOWED FOR)",
+        "(X Y IN MM FROM THE BORE AXIS, TOOTH ROOT 1 ON THE X AXIS, CLOCKWISE)",
+        f"(ARCS WITHIN {tolerance / UM:.3f} MICROMETRE, {DECIMALS} DECIMALS)",
+        "G17 G21 G40 G90 G91.1 G94",
+        f"G0 X{_n(approach.real)} Y{_n(approach.imag)}",
+        f"F{feed:g}",
+    ]
+    here = _rounded(approach)
+    # The lead-in turns left onto the tip, seen from outside the disc.
+    lines.append(_arc("G3", here, start, lead_centre))
+    here = _rounded(start)
+    for end, bend, centre in zip(arcs.ends[1:].tolist(), arcs.bend.tolist(), arcs.centres.tolist(), strict=True):
+        sagitta = abs(bend) * abs(end - here) ** 2 / 8.0
+        if abs(bend) < _STRAIGHT and sagitta < 0.1 * tolerance:
+            lines.append(f"G1 X{_n(end.real)} Y{_n(end.imag)}")
+        else:
+            lines.append(_arc("G2" if bend < 0.0 else "G3", here, end, centre))
+        here = _rounded(end)
+    lines.append(_arc("G3", here, leave, lead_centre))
+    return [*lines, "M30", "%"]
+
+
+def _arc(code: str, here: complex, end: complex, centre: complex) -> str:
+    # The centre is given from the rounded start, which is where the machine stands.
+    offset = centre - here
+    return f"{code} X{_n(end.real)} Y{_n(end.imag)} I{_n(offset.real)} J{_n(offset.imag)}"
+
+
+def _n(value: float) -> str:
+    return f"{round(value, DECIMALS) + 0.0:.{DECIMALS}f}"
+
+
+def _rounded(z: complex) -> complex:
+    return complex(round(z.real, DECIMALS), round(z.imag, DECIMALS))

@@ -1,0 +1,37 @@
+"""All pictures of a design, by file name, with the caption the report prints."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, NamedTuple
+
+from cycloid_profile.design.record import DesignRecord
+from cycloid_profile.plot.accuracy import accuracy_plot
+from cycloid_profile.plot.comparison import profile_comparison
+from cycloid_profile.plot.convergence import convergence
+from cycloid_profile.plot.deformation import deformation
+from cycloid_profile.plot.disc import disc_in_pins
+from cycloid_profile.plot.sharing import gap_and_force
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+class Picture(NamedTuple):
+    """A picture's file name, caption and drawing function."""
+
+    name: str
+    caption: str
+    draw: Callable[[DesignRecord], Figure]
+
+
+PICTURES = (
+    Picture(
+        "disc_in_pins", "The disc among its pins; colour shows the force on each pin at rated torque.", disc_in_pins
+    ),
+    Picture("profile_comparison", "Theoretical, modified and compensated tooth along one lobe.", profile_comparison),
+    Picture("gap_and_force", "Gap of each pin before load, and its force under load.", gap_and_force),
+    Picture("deformation", "Deformation under load, as it is added back to the tooth.", deformation),
+    Picture("convergence", "How the iterations end.", convergence),
+    Picture("accuracy", "Torque against twist, and transmission error over one mesh cycle.", accuracy_plot),
+)

@@ -1,0 +1,175 @@
+"""The spec file as frozen values: its keys, units, defaults and limits. The one place that lists them.
+
+Keys carry their unit, so values here are in the unit of their name; ``design.from_spec`` turns them
+into geometry in base units.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+import msgspec
+from msgspec import Meta
+
+
+def _key(description: str, remedy: str, **limits: Any) -> Meta:
+    return Meta(description=description, extra={"remedy": remedy}, **limits)
+
+
+_LENGTH = "give a length above zero"
+_AMOUNT = "give an amount in µm, positive removes material"
+
+PositiveLength = Annotated[float, _key("Length [mm].", _LENGTH, gt=0)]
+Amount = Annotated[float, _key("Amount removed along the normal [µm].", _AMOUNT)]
+Format = Literal["csv", "dxf", "step", "gcode", "cmm"]
+FORMATS: tuple[Format, ...] = ("csv", "dxf", "step", "gcode", "cmm")
+
+
+class Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """A table of the spec file."""
+
+
+class CranksSpec(Table, frozen=True):
+    """Crank shafts of an RV reducer. Without this table one central eccentric carries the discs."""
+
+    count: Annotated[int, _key("Number of crank shafts.", "give 2 or 3 crank shafts", ge=2)]
+    circle_radius_mm: Annotated[float, _key("Radius of the circle the crank shafts stand on [mm].", _LENGTH, gt=0)]
+    bearing_stiffness_n_per_mm: Annotated[
+        float, _key("Radial stiffness of each crank bearing [N/mm].", "give a stiffness such as 4.0e5", gt=0)
+    ] = 4.0e5
+
+
+class EccentricSpec(Table, frozen=True):
+    """The central eccentric, where there are no crank shafts."""
+
+    bearing_stiffness_n_per_mm: Annotated[
+        float, _key("Radial stiffness of the eccentric bearing [N/mm].", "give a stiffness such as 4.0e5", gt=0)
+    ] = 4.0e5
+
+
+class FirstStageSpec(Table, frozen=True):
+    """Involute first stage. Without this table the eccentric is the input."""
+
+    sun_teeth: Annotated[int, _key("Teeth of the sun z1.", "give the number of teeth of the sun", ge=3)]
+    planet_teeth: Annotated[int, _key("Teeth of a planet z2.", "give the number of teeth of a planet", ge=3)]
+    module_mm: PositiveLength
+
+
+class DriveSpec(Table, frozen=True):
+    """Pins, disc and how the disc is held."""
+
+    pins: Annotated[int, _key("Number of pins z_p; the disc has one lobe less.", "give at least 3 pins", ge=3)]
+    pin_circle_radius_mm: Annotated[
+        float, _key("Radius of the circle through the pin centres r_p [mm].", _LENGTH, gt=0)
+    ]
+    pin_radius_mm: Annotated[float, _key("Radius of a pin r_rp [mm].", _LENGTH, gt=0)]
+    eccentricity_mm: Annotated[float, _key("Eccentricity a [mm].", _LENGTH, gt=0)]
+    disc_width_mm: Annotated[float, _key("Face width b of one disc [mm].", "give the face width of one disc", gt=0)]
+    discs: Annotated[int, _key("Number of discs, evenly phased.", "give 1, 2 or 3 discs", ge=1, le=6)]
+    cranks: CranksSpec | None = None
+    eccentric: EccentricSpec = EccentricSpec()
+    first_stage: FirstStageSpec | None = None
+
+
+class MaterialSpec(Table, frozen=True):
+    """Elastic constants of one body."""
+
+    youngs_modulus_gpa: Annotated[float, _key("Young's modulus [GPa].", "steel has 206", gt=0)] = 206.0
+    poisson_ratio: Annotated[float, _key("Poisson's ratio.", "steel has 0.3", ge=0, lt=0.5)] = 0.3
+
+
+class MaterialsSpec(Table, frozen=True):
+    """Materials of disc and pins; steel unless said otherwise."""
+
+    disc: MaterialSpec = MaterialSpec()
+    pin: MaterialSpec = MaterialSpec()
+
+
+class LoadSpec(Table, frozen=True):
+    """What the disc is designed for."""
+
+    rated_torque_nm: (
+        Annotated[
+            float, _key("Rated output torque [N·m]; estimated from the size if absent.", "give the rated torque", gt=0)
+        ]
+        | None
+    ) = None
+    disc_share: Annotated[
+        float, _key("Share of the torque on one disc, classical scheme only.", "two discs: 0.5 to 0.55", gt=0, le=1)
+    ] = 0.55
+    contact_law: Literal["roark", "johnson", "article"] = "roark"
+
+
+class ModificationSpec(Table, frozen=True):
+    """How the ground tooth differs from the theoretical one. Positive removes material."""
+
+    equidistant_um: Amount = 0.0
+    radial_moving_um: Amount = 0.0
+    rotation_arcmin: Annotated[
+        float, _key("Turn of each flank away from its pin [arc minutes].", "give an angle in arc minutes")
+    ] = 0.0
+    deformation_compensation: Annotated[
+        bool | float,
+        _key("true: from the load; false: none; a number: delta_max [µm].", "give true, false or delta_max in µm"),
+    ] = False
+    compensation_solver: Literal["equilibrium", "classical"] = "equilibrium"
+
+
+class HolesSpec(Table, frozen=True):
+    """A ring of equal holes through the disc, such as those of the output pins."""
+
+    count: Annotated[int, _key("Number of holes.", "give at least 1 hole", ge=1)]
+    circle_radius_mm: PositiveLength
+    radius_mm: PositiveLength
+
+
+class DiscSpec(Table, frozen=True):
+    """Holes of the disc; sizes are estimated where absent."""
+
+    bore_radius_mm: Annotated[float, _key("Radius of the central bore [mm].", _LENGTH, gt=0)] | None = None
+    crank_hole_radius_mm: Annotated[float, _key("Radius of the crank holes [mm].", _LENGTH, gt=0)] | None = None
+    output_holes: HolesSpec | None = None
+
+
+class ExportSpec(Table, frozen=True):
+    """What is written, and how finely."""
+
+    formats: tuple[Format, ...] = FORMATS
+    chord_tolerance_um: Annotated[
+        float, _key("Largest distance of chords and arcs from the tooth [µm].", "give 0.05 to 5", ge=0.001, le=100)
+    ] = 0.05
+    cmm_points_per_lobe: Annotated[
+        int, _key("Nominal measuring points on one lobe.", "give 8 to 400 points", ge=8, le=400)
+    ] = 40
+    feed_mm_per_min: Annotated[float, _key("Feed of the contour program [mm/min].", "give a feed", gt=0)] = 200.0
+
+
+class PublishedValue(Table, frozen=True):
+    """A number that was published of this drive, to lay beside the computed one."""
+
+    quantity: str
+    value: float
+    unit: str = ""
+    note: str = ""
+
+
+class SourceSpec(Table, frozen=True):
+    """Where the numbers come from, and which of them are assumed."""
+
+    reference: str = ""
+    assumed: tuple[str, ...] = ()
+    published: tuple[PublishedValue, ...] = ()
+
+
+class Spec(Table, frozen=True, kw_only=True):
+    """A whole spec file."""
+
+    name: str = "cycloidal drive"
+    drive: DriveSpec
+    materials: MaterialsSpec = MaterialsSpec()
+    load: LoadSpec = LoadSpec()
+    modification: ModificationSpec = ModificationSpec()
+    disc: DiscSpec = DiscSpec()
+    export: ExportSpec = ExportSpec()
+    source: SourceSpec = SourceSpec()
+    effects: tuple[dict[str, Any], ...] = ()
