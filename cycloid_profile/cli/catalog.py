@@ -41,7 +41,7 @@ def catalog(
              f"{d.load.rated_torque_nm:g}", str(len(d.source.assumed)))
             for n, d in drives.items()
         ]  # fmt: skip
-        header = ("drive", "pins", "pin circle radius [mm]", "eccentricity [mm]", "rated torque [N·m]", "assumed")
+        header = ("drive", "pins", "pin circle radius [mm]", "eccentricity [mm]", "rated torque [N·m]", "assumed keys")
         print_table("catalogue", header, rows)
         return 0
     if json:

@@ -15,7 +15,7 @@ def progress() -> Iterator[Callable[[str], None]]:
     """A line on stderr that tells the step under way; plain lines where stderr is no terminal."""
     from rich.console import Console
 
-    console = Console(stderr=True, highlight=False)
+    console = Console(stderr=True, highlight=False, markup=False)
     if not console.is_terminal:
         yield lambda step: print(f"… {step}", file=sys.stderr, flush=True)
         return
@@ -38,7 +38,7 @@ def print_table(title: str, columns: tuple[str, ...], rows: Sequence[tuple[str, 
         table.add_column(column, justify="left" if i == 0 else "right", no_wrap=True)
     for row in rows:
         table.add_row(*row)
-    Console(highlight=False, width=110).print(table)
+    Console(highlight=False, markup=False, width=110).print(table)
 
 
 def default_folder(spec_file: Path) -> Path:

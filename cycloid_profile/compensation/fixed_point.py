@@ -67,6 +67,9 @@ def compensate(case: LoadCase, solver: LoadSharingSolver, tolerance: float = SET
     profile, delta_max = case.profile, 0.0
     for _ in range(_MAX_ROUNDS):
         sharing = solver.solve(replace(case, profile=profile))
+        if sharing.status is Status.INTERFERENCE and history:
+            # The last δmax closed the gap altogether: told as what it does to the backlash.
+            break
         if sharing.status is not Status.CONVERGED:
             raise SolveError(
                 "load sharing",

@@ -12,7 +12,7 @@ from cycloid_profile.contact.equilibrium import Equilibrium
 from cycloid_profile.contact.hertz import ArticleLogarithm, ContactLaw, Johnson, Material, Roark
 from cycloid_profile.errors import GeometryError, LoadError, SpecError
 from cycloid_profile.geometry.drive import CentralEccentric, Cranks, Drive, InvoluteStage
-from cycloid_profile.geometry.outline import DiscOutline, Hole, ring_of_holes
+from cycloid_profile.geometry.outline import DiscOutline, Hole, least_web, ring_of_holes
 from cycloid_profile.geometry.profile import ToothProfile
 from cycloid_profile.geometry.trochoid import Trochoid
 from cycloid_profile.modification.setup import Equidistant, FlankRotation, RadialMoving, modify
@@ -99,7 +99,10 @@ def compensation_solver(spec: Spec) -> LoadSharingSolver:
 
 
 def disc_outline(spec: Spec, drive: Drive, profile: ToothProfile) -> DiscOutline:
-    """Tooth curve with bore and holes; sizes that the spec leaves out are estimated from the room there is."""
+    """Tooth curve with bore and holes; sizes that the spec leaves out are estimated from the room there is.
+
+    Raises ``SpecError`` if holes cut into each other or into the teeth.
+    """
     bare = DiscOutline(profile, ())
     holes: list[Hole] = []
     if isinstance(drive.support, Cranks):
@@ -113,7 +116,13 @@ def disc_outline(spec: Spec, drive: Drive, profile: ToothProfile) -> DiscOutline
     if spec.disc.output_holes is not None:
         ring = spec.disc.output_holes
         holes += ring_of_holes("output hole", ring.count, ring.circle_radius_mm, ring.radius_mm)
-    return DiscOutline(profile, tuple(hole for hole in holes if hole.radius > 0.0))
+    outline = DiscOutline(profile, tuple(hole for hole in holes if hole.radius > 0.0))
+    web, place = least_web(outline)
+    if web <= 0.0:
+        raise SpecError(
+            f"disc: wall between {place}", f"{web:.3f} mm", "is not above zero", "make the holes smaller or move them"
+        )
+    return outline
 
 
 def _material(material: MaterialSpec) -> Material:
