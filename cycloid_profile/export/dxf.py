@@ -53,6 +53,9 @@ class DxfExporter:
             reach = 1.05 * record.outline.tip_radius
             for end in (complex(reach, 0.0), complex(0.0, reach)):
                 space.add_line((-end.real, -end.imag), (end.real, end.imag), dxfattribs={"layer": "CENTRE"})
+            # ezdxf adds these from a set, in an order that changes from run to run.
+            for dxf_type in sorted(doc.entitydb.dxf_types_in_use()):
+                doc.classes.add_class(dxf_type)
             doc.saveas(path)
         points, entities = read_dxf_profile(path)
         return WrittenFile(

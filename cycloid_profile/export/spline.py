@@ -22,6 +22,7 @@ _SPACING_EXPONENT = 0.6
 _FINE = 4096
 _LARGEST_COUNT = 4000
 _CHECKS_PER_SPAN = 7
+_DECIMALS = 9
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +54,11 @@ class SplinePiece:
         """The piece turned about the disc's centre by ``angle`` [rad]."""
         return SplinePiece(self.degree, self.knots, self.control_points * np.exp(1j * angle))
 
+    def rounded(self) -> SplinePiece:
+        """Control points to the picometre, so that the last bit of a processor's sine changes no file."""
+        # Adding zero turns −0.0 into 0.0.
+        return SplinePiece(self.degree, self.knots, np.round(self.control_points, _DECIMALS) + 0.0)
+
 
 def lobe_splines(profile: ToothProfile, degree: int, tolerance: float) -> tuple[SplinePiece, ...]:
     """Splines of one lobe in order of phase, each within ``tolerance`` of the exact curve [mm].
@@ -69,7 +75,7 @@ def disc_splines(profile: ToothProfile, degree: int, tolerance: float) -> tuple[
     """Splines of the whole disc in order of phase: those of one lobe, turned."""
     lobe = lobe_splines(profile, degree, tolerance)
     lobes = profile.trochoid.lobes
-    return tuple(piece.turned(-2.0 * math.pi * m / lobes) for m in range(lobes) for piece in lobe)
+    return tuple(piece.turned(-2.0 * math.pi * m / lobes).rounded() for m in range(lobes) for piece in lobe)
 
 
 def joined(pieces: tuple[SplinePiece, ...]) -> SplinePiece:
@@ -87,7 +93,7 @@ def joined(pieces: tuple[SplinePiece, ...]) -> SplinePiece:
     knots.append(np.array([start]))
     control = np.concatenate(points)
     control[-1] = control[0]
-    return SplinePiece(degree, np.concatenate(knots), control)
+    return SplinePiece(degree, np.round(np.concatenate(knots), _DECIMALS), control)
 
 
 def _fit(profile: ToothProfile, a: float, b: float, degree: int, tolerance: float) -> SplinePiece:
@@ -111,7 +117,7 @@ def _interpolate(profile: ToothProfile, a: float, b: float, degree: int, count: 
     grid = np.linspace(a, b, _FINE)
     density = np.abs(_on_piece(profile, a, b, grid).first) ** _SPACING_EXPONENT
     integral = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(grid))])
-    u = np.linspace(0.0, integral[-1], count + 1)
+    u = np.round(np.linspace(0.0, integral[-1], count + 1), _DECIMALS)
     psi = np.interp(u, integral, grid)
     psi[0], psi[-1] = a, b
     nodes = _on_piece(profile, a, b, psi)

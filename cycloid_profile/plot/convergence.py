@@ -48,7 +48,7 @@ def convergence(record: DesignRecord) -> Figure:
             transform=left.get_yaxis_transform(),
         )
         left.set(xlabel="iteration", ylabel="relative error of the largest force", title="load sharing")
-        left.set_ylim(1e-16, 20.0)
+        left.set_ylim(3e-14, 20.0)
         left.minorticks_off()
         left.legend(loc="lower left")
         _rounds(right, record)
@@ -59,7 +59,7 @@ def convergence(record: DesignRecord) -> Figure:
 def _relative_error(sharing: LoadSharing) -> FloatArray:
     force = np.array([step[0] for step in sharing.history])
     # The floor keeps an exact end on the logarithmic axis.
-    error: FloatArray = np.maximum(np.abs(force / force[-1] - 1.0), 1e-16)
+    error: FloatArray = np.maximum(np.abs(force / force[-1] - 1.0), 1e-13)
     return error
 
 

@@ -75,6 +75,13 @@ def test_profile_alone_refuses_undercut_too():
         ToothProfile(Trochoid(40, 64.0, 1.3), 4.7)
 
 
+def test_first_stage_needs_cranks():
+    with pytest.raises(
+        GeometryError, match="first_stage = 12/36 teeth drives planets, which a central eccentric has not"
+    ):
+        Drive(Trochoid(40, 64.0, 1.3), 3.0, 11.5, 2, CentralEccentric(4e5), InvoluteStage(12, 36, 1.5))
+
+
 def test_reduction_ratio_with_and_without_first_stage():
     trochoid, cranks = Trochoid(40, 64.0, 1.3), Cranks(3, 36.0, 4e5)
     assert Drive(trochoid, 3.0, 11.5, 2, cranks).reduction_ratio == 39.0
