@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from hypothesis import settings
 
+from cycloid_profile.design.record import DesignRecord, design_disc
 from cycloid_profile.geometry.drive import Cranks, Drive, InvoluteStage
 from cycloid_profile.geometry.profile import ToothProfile
 from cycloid_profile.geometry.trochoid import Trochoid
+from cycloid_profile.spec.read import read_spec
 
 # The suite must say the same twice: examples are drawn from a fixed seed. Hunt with
 # ``--hypothesis-profile=explore``, which draws new ones each time.
@@ -38,3 +42,9 @@ def theoretical(rv40e: Drive) -> ToothProfile:
 def rated_torque() -> float:
     """Rated output torque of the RV-40E, 412 N·m [N·mm]."""
     return 412_000.0
+
+
+@pytest.fixture(scope="session")
+def rv40e_record() -> DesignRecord:
+    """The whole design of examples/rv40e.toml."""
+    return design_disc(read_spec(Path(__file__).parents[1] / "examples" / "rv40e.toml"))

@@ -35,10 +35,12 @@ def print_table(title: str, columns: tuple[str, ...], rows: Sequence[tuple[str, 
 
     table = Table(title=title, title_justify="left", box=None, pad_edge=False, padding=(0, 3, 0, 0))
     for i, column in enumerate(columns):
-        table.add_column(column, justify="left" if i == 0 else "right", no_wrap=True)
+        table.add_column(column, justify="left" if i == 0 else "right", no_wrap=i > 0, overflow="fold")
     for row in rows:
         table.add_row(*row)
-    Console(highlight=False, markup=False, width=110).print(table)
+    # A pipe has no width of its own: nothing is folded there.
+    width = None if sys.stdout.isatty() else 400
+    Console(highlight=False, markup=False, width=width).print(table)
 
 
 def default_folder(spec_file: Path) -> Path:

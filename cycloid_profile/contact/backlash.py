@@ -10,6 +10,7 @@ import numpy as np
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.contact.gap import Gaps, gaps
 from cycloid_profile.contact.meshing import Meshing, mesh, mesh_cycle
+from cycloid_profile.errors import SolveError
 from cycloid_profile.geometry.drive import Drive
 from cycloid_profile.geometry.profile import ToothProfile
 
@@ -87,12 +88,23 @@ def first_touch(profile: ToothProfile, pin_radius: float, meshing: Meshing, dire
 
 
 def backlash(drive: Drive, profile: ToothProfile, poses: int = 24) -> Backlash:
-    """Crank-locked backlash of one disc over ``poses`` poses of a mesh cycle, by exact contact."""
+    """Crank-locked backlash of one disc over ``poses`` poses of a mesh cycle, by exact contact.
+
+    Raises ``SolveError`` if at some pose no first touch is found.
+    """
     meshing = mesh(drive.trochoid, mesh_cycle(drive.trochoid, poses))
-    forward = first_touch(profile, drive.pin_radius, meshing, +1.0).rotation
-    backward = first_touch(profile, drive.pin_radius, meshing, -1.0).rotation
+    forward, backward = (_settled_touch(profile, drive, meshing, direction) for direction in (+1.0, -1.0))
     middle = gaps(profile, drive.pin_radius, meshing, rotation=0.5 * (forward + backward))
     return Backlash(forward[:, 0], backward[:, 0], float(np.min(middle.gap)))
+
+
+def _settled_touch(profile: ToothProfile, drive: Drive, meshing: Meshing, direction: float) -> FloatArray:
+    touch = first_touch(profile, drive.pin_radius, meshing, direction)
+    if not touch.settled:
+        raise SolveError(
+            "first touch", "not found", f"within {_MAX_STEPS} steps", "check the modification amounts", " "
+        )
+    return touch.rotation
 
 
 def first_order_backlash(drive: Drive, equidistant: float, radial_moving: float) -> float:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray
+from cycloid_profile.contact.backlash import OVERLAP_TOLERANCE, first_order_backlash
 from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.contact.hertz import LineContact
 from cycloid_profile.contact.sharing import LoadSharing, Status
@@ -38,6 +39,7 @@ class Classical:
         contact = _critical_contact(case)
 
         force = _first_estimate(case)
+        least_force = 1e-9 * force
         # The carried moment rises with the force, so the answer stays between these two.
         too_low, too_high = 0.0, math.inf
         history: list[tuple[float, float]] = []
@@ -46,7 +48,7 @@ class Classical:
         for _ in range(self.max_iterations):
             history.append((force, delta))
             moment = force * float(np.sum(lever * np.maximum(delta * reach - gap, 0.0))) / delta
-            residual = abs(moment / disc_torque - 1.0)
+            last, residual = residual, abs(moment / disc_torque - 1.0)
             if residual < self.tolerance:
                 status = Status.CONVERGED
                 break
@@ -54,9 +56,14 @@ class Classical:
                 too_low = force
             else:
                 too_high = force
-            force = _inside(force * disc_torque / moment if moment > 0.0 else math.inf, too_low, too_high)
+            if too_high < least_force:
+                break  # overlapping pins alone carry more than the torque
+            published = force * disc_torque / moment if moment > 0.0 and residual < 0.5 * last else math.inf
+            force = _inside(published, too_low, too_high)
             delta = float(case.law.approach(force, contact))
 
+        if _overlaps(case):
+            status = Status.INTERFERENCE
         approach = np.maximum(delta * reach - gap, 0.0)
         forces = force * approach / delta
         return LoadSharing(
@@ -77,15 +84,27 @@ class Classical:
         )
 
 
+def _overlaps(case: LoadCase) -> bool:
+    """Whether the set-up leaves less than no backlash, before any load and to first order."""
+    equidistant, radial_moving = _amounts(case)
+    removed = first_order_backlash(case.drive, equidistant, radial_moving) * case.drive.trochoid.longest_lever
+    return removed < -2.0 * OVERLAP_TOLERANCE
+
+
+def _amounts(case: LoadCase) -> tuple[float, float]:
+    """Equidistant and radial-moving amounts, read from the profile against the nominal drive [mm]."""
+    equidistant = case.profile.pin_radius - case.drive.pin_radius
+    return equidistant, case.drive.trochoid.pin_circle_radius - case.profile.trochoid.pin_circle_radius
+
+
 def take_up_gap(case: LoadCase, phase: FloatArray) -> FloatArray:
     """Gap with the disc turned until ψ0 touches, first order in the modification [mm] (Eq. 28).
 
     Δ(ψ) = Δr_rp(1 − sinψ S) + Δr_p S(1 − K1 cosψ − √(1−K1²) sinψ). A flank removal drops out: on one
     flank it is a rotation.
     """
-    nominal, ground = case.drive.trochoid, case.profile.trochoid
-    equidistant = case.profile.pin_radius - case.drive.pin_radius
-    radial_moving = nominal.pin_circle_radius - ground.pin_circle_radius
+    nominal = case.drive.trochoid
+    equidistant, radial_moving = _amounts(case)
     K1 = nominal.short_width_ratio
     w = nominal.speed_ratio(phase)
     sin, cos = np.sin(phase), np.cos(phase)
@@ -109,7 +128,7 @@ def _first_estimate(case: LoadCase) -> float:
 
 
 def _inside(force: float, too_low: float, too_high: float) -> float:
-    """The published step where it stays in the bracket, else a step that halves it."""
+    """The published step where it stays in the bracket, else one that halves it (or doubles the force)."""
     if too_low < force < too_high:
         return force
     return 2.0 * too_low if math.isinf(too_high) else 0.5 * (too_low + too_high)

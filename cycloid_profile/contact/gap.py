@@ -12,7 +12,10 @@ from cycloid_profile.contact.meshing import Meshing
 from cycloid_profile.geometry.profile import ToothProfile
 from cycloid_profile.geometry.removal import flank_side
 
-_MAX_STEPS = 30
+_MAX_STEPS = 60
+# Near the root the tooth bends almost like the pin, and a pin beyond the centre of curvature has a foot on
+# either side: starts this far out find both.
+_ROOT_REACH, _ROOT_STARTS = 0.8, (-0.3, 0.3)  # rad
 _STEP_LIMIT = 0.2  # rad; keeps Newton on the lobe it started from
 
 
@@ -48,8 +51,11 @@ def gaps(
     centre = meshing.pin_in_lobe(displacement, turn)
     foot, side = nearest_foot(profile, centre, meshing.phase)
     point = profile.at(foot, side)
-    normal = point.normal
-    distance = (np.conj(normal) * (centre - point.position)).real
+    # The pin's own direction, not the curve's normal: they differ where the foot is a corner.
+    away = centre - point.position
+    outside = np.where((np.conj(point.normal) * away).real < 0.0, -1.0, 1.0)
+    distance = outside * np.abs(away)
+    normal = away / distance
     outward = normal * np.exp(1j * turn)[..., np.newaxis] * np.conj(meshing.into_lobe)
     return Gaps(
         gap=distance - pin_radius,
@@ -63,16 +69,44 @@ def gaps(
 def nearest_foot(profile: ToothProfile, centre: ComplexArray, start: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Phase of the foot point nearest to ``centre``, and its flank (±1), in the shape of ``centre``.
 
-    A profile with corners has one candidate on either flank beside a corner; the nearer is taken.
+    Where a pin can have several feet all are sought and the nearest is taken: on both flanks beside a
+    corner, and on both sides of a root.
     """
     side = flank_side(start)
     foot = _foot_on(profile, centre, start, side)
-    if not profile.corners:
-        return foot, side
-    other = _foot_on(profile, centre, start, -side)
-    near, far = (np.abs(centre - profile.at(f, s).position) for f, s in ((foot, side), (other, -side)))
-    swap = far < near
-    return np.where(swap, other, foot), np.where(swap, -side, side)
+    if profile.corners:
+        foot, side = _nearer(profile, centre, (foot, side), (_foot_on(profile, centre, start, -side), -side))
+    from_root = start - 2.0 * math.pi * np.round(start / (2.0 * math.pi))
+    beyond = np.abs(centre - profile.at(foot, side).position) > _root_radius(profile)
+    at_root = beyond & (np.abs(from_root) < _ROOT_REACH)
+    if np.any(at_root):
+        here, best = centre[at_root], (foot[at_root], side[at_root])
+        for offset in _ROOT_STARTS:
+            begin = (start - from_root)[at_root] + offset
+            flank = flank_side(begin)
+            best = _nearer(profile, here, best, (_foot_on(profile, here, begin, flank), flank))
+        foot, side = foot.copy(), side.copy()
+        foot[at_root], side[at_root] = best
+    return foot, side
+
+
+def _root_radius(profile: ToothProfile) -> float:
+    """Least concave radius near the root [mm]: a point nearer than this to a foot has no other foot there."""
+    psi = np.linspace(0.0, _ROOT_REACH, 65)
+    bend = float(np.max(profile.at(psi, np.ones_like(psi)).curvature))
+    return 0.999 / bend if bend > 0.0 else math.inf
+
+
+def _nearer(
+    profile: ToothProfile,
+    centre: ComplexArray,
+    one: tuple[FloatArray, FloatArray],
+    other: tuple[FloatArray, FloatArray],
+) -> tuple[FloatArray, FloatArray]:
+    """Of two candidate feet (phase, flank) the nearer, element by element; the first where they tie."""
+    near, far = (np.abs(centre - profile.at(foot, side).position) for foot, side in (one, other))
+    swap = far < near - 1e-15
+    return np.where(swap, other[0], one[0]), np.where(swap, other[1], one[1])
 
 
 def _foot_on(profile: ToothProfile, centre: ComplexArray, start: FloatArray, side: FloatArray) -> FloatArray:

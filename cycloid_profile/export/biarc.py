@@ -15,7 +15,7 @@ from cycloid_profile.geometry.sampling import piece_side, smooth_pieces
 
 _FINE = 4096
 _CHECKS_PER_ARC = 5
-_LARGEST_COUNT = 4000
+_LARGEST_COUNT = 2000
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,7 +20,7 @@ from cycloid_profile.geometry.sampling import piece_side, smooth_pieces
 
 _SPACING_EXPONENT = 0.6
 _FINE = 4096
-_LARGEST_COUNT = 4000
+_LARGEST_COUNT = 2000
 _CHECKS_PER_SPAN = 7
 _DECIMALS = 9
 
@@ -57,7 +57,8 @@ class SplinePiece:
     def rounded(self) -> SplinePiece:
         """Control points to the picometre, so that the last bit of a processor's sine changes no file."""
         # Adding zero turns −0.0 into 0.0.
-        return SplinePiece(self.degree, self.knots, np.round(self.control_points, _DECIMALS) + 0.0)
+        control = np.asarray(np.round(self.control_points, _DECIMALS) + 0.0, dtype=np.complex128)
+        return SplinePiece(self.degree, self.knots, control)
 
 
 def lobe_splines(profile: ToothProfile, degree: int, tolerance: float) -> tuple[SplinePiece, ...]:
@@ -93,7 +94,8 @@ def joined(pieces: tuple[SplinePiece, ...]) -> SplinePiece:
     knots.append(np.array([start]))
     control = np.concatenate(points)
     control[-1] = control[0]
-    return SplinePiece(degree, np.round(np.concatenate(knots), _DECIMALS), control)
+    rounded = np.asarray(np.round(np.concatenate(knots), _DECIMALS), dtype=np.float64)
+    return SplinePiece(degree, rounded, control)
 
 
 def _fit(profile: ToothProfile, a: float, b: float, degree: int, tolerance: float) -> SplinePiece:
@@ -114,18 +116,29 @@ def _fit(profile: ToothProfile, a: float, b: float, degree: int, tolerance: floa
 def _interpolate(profile: ToothProfile, a: float, b: float, degree: int, count: int) -> SplinePiece:
     from scipy.interpolate import make_interp_spline
 
-    grid = np.linspace(a, b, _FINE)
-    density = np.abs(_on_piece(profile, a, b, grid).first) ** _SPACING_EXPONENT
-    integral = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(grid))])
-    u = np.round(np.linspace(0.0, integral[-1], count + 1), _DECIMALS)
-    psi = np.interp(u, integral, grid)
-    psi[0], psi[-1] = a, b
+    u, psi = _nodes(profile, a, b, count)
     nodes = _on_piece(profile, a, b, psi)
     ends = _end_derivatives(nodes)
     wanted = range(1, (degree - 1) // 2 + 1)
     conditions = tuple([(order, _xy(ends[order - 1][end])) for order in wanted] for end in (0, -1))
     spline = make_interp_spline(u, _xy(nodes.position), k=degree, bc_type=conditions)
     return SplinePiece(degree, np.asarray(spline.t), np.asarray(spline.c[:, 0] + 1j * spline.c[:, 1]))
+
+
+def _nodes(profile: ToothProfile, a: float, b: float, count: int) -> tuple[FloatArray, FloatArray]:
+    """Parameters u = ∫|P'|^0.6 dψ, equally spaced, and their phases."""
+    from scipy.interpolate import CubicSpline
+
+    grid = np.linspace(a, b, _FINE)
+    density = CubicSpline(grid, np.abs(_on_piece(profile, a, b, grid).first) ** _SPACING_EXPONENT)
+    integral = density.antiderivative()
+    u = np.round(np.linspace(0.0, float(integral(b)), count + 1), _DECIMALS)
+    psi = np.interp(u, integral(grid), grid)
+    for _ in range(3):
+        # Newton: a rough ψ(u) would cost a quintic its order.
+        psi = psi - (integral(psi) - u) / density(psi)
+    psi[0], psi[-1] = a, b
+    return u, psi
 
 
 def _on_piece(profile: ToothProfile, a: float, b: float, psi: FloatArray) -> ToothPoints:

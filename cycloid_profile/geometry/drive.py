@@ -21,6 +21,12 @@ class Cranks:
     circle_radius: float
     bearing_stiffness: float
 
+    def __post_init__(self) -> None:
+        if self.count < 1:
+            raise GeometryError("cranks.count", self.count, "is below 1", "give 2 or 3 crank shafts")
+        _refuse_not_positive("cranks.circle_radius", self.circle_radius, "mm")
+        _refuse_not_positive("bearing_stiffness", self.bearing_stiffness, "N/mm")
+
 
 @dataclass(frozen=True, slots=True)
 class CentralEccentric:
@@ -31,6 +37,9 @@ class CentralEccentric:
 
     bearing_stiffness: float
 
+    def __post_init__(self) -> None:
+        _refuse_not_positive("bearing_stiffness", self.bearing_stiffness, "N/mm")
+
 
 @dataclass(frozen=True, slots=True)
 class InvoluteStage:
@@ -39,6 +48,11 @@ class InvoluteStage:
     sun_teeth: int
     planet_teeth: int
     module: float
+
+    def __post_init__(self) -> None:
+        _refuse_not_positive("sun_teeth", self.sun_teeth, "teeth")
+        _refuse_not_positive("planet_teeth", self.planet_teeth, "teeth")
+        _refuse_not_positive("module", self.module, "mm")
 
     @property
     def tooth_ratio(self) -> float:
@@ -107,3 +121,8 @@ class Drive:
         if self.first_stage is None:
             return float(self.trochoid.lobes)
         return 1.0 + self.trochoid.pins / self.first_stage.tooth_ratio
+
+
+def _refuse_not_positive(name: str, value: float, unit: str) -> None:
+    if not (math.isfinite(value) and value > 0.0):
+        raise GeometryError(name, f"{value} {unit}", "is not positive", f"give a {name} above zero")

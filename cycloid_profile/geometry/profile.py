@@ -12,6 +12,8 @@ from cycloid_profile.errors import GeometryError
 from cycloid_profile.geometry.removal import NormalRemoval, RemovalJet, flank_side
 from cycloid_profile.geometry.trochoid import Trochoid
 
+_REVERSAL_GRID = 721
+
 
 @dataclass(frozen=True, slots=True)
 class ToothPoints:
@@ -81,6 +83,24 @@ class ToothProfile:
                 "take thinner pins or a smaller eccentricity",
             )
 
+        if self.removals:
+            self._refuse_reversal()
+
+    def _refuse_reversal(self) -> None:
+        """A removal can turn the curve back on itself like an undercut, which the pin radius cannot tell."""
+        psi = np.linspace(0.0, 2.0 * math.pi, _REVERSAL_GRID)
+        q = self.pin_radius + self.removal(psi).value
+        c = self.trochoid.pin_circle_radius / self.trochoid.lobes
+        forward = c * self.trochoid.speed_ratio(psi) + q * self.trochoid.turning_rate(psi)
+        if not float(np.min(forward)) > 0.0:
+            worst = float(q[int(np.argmin(forward))])
+            raise GeometryError(
+                "pin_radius with removal",
+                f"{worst:.4f} mm",
+                "makes the tooth curve run backwards like an undercut",
+                "take smaller modification amounts",
+            )
+
     @property
     def corners(self) -> tuple[float, ...]:
         """Phases in [0, 2π) where the tangent turns suddenly [rad]; the same on every lobe."""
@@ -103,19 +123,16 @@ class ToothProfile:
         matters only at a corner.
         """
         psi = np.asarray(phase, dtype=np.float64)
-        trochoid = self.trochoid
-        n = trochoid.normal(psi)
-        turn, turn2 = trochoid.turning_rate(psi), trochoid.turning_acceleration(psi)
-        c = trochoid.pin_circle_radius / trochoid.lobes
-        w = trochoid.speed_ratio(psi)
-        dw = trochoid.short_width_ratio * np.sin(psi) / w
+        path = self.trochoid.jet(psi)
+        n, turn = path.normal, path.turn
+        c = self.trochoid.pin_circle_radius / self.trochoid.lobes
         h = self.removal(psi, side)
         q, dq, ddq = self.pin_radius + h.value, h.first, h.second
-        g = c * w + q * turn
-        dg = c * dw + dq * turn + q * turn2
+        g = c * path.speed + q * turn
+        dg = c * path.speed_rate + dq * turn + q * path.turn_rate
         return ToothPoints(
             phase=psi,
-            position=trochoid.pin_centre(psi) - q * n,
+            position=path.centre - q * n,
             first=n * (-dq - 1j * g),
             second=n * (turn * g - ddq - 1j * (dg + turn * dq)),
         )
@@ -135,6 +152,5 @@ def undercut_limit(trochoid: Trochoid) -> float:
     for cos_psi in candidates:
         w2 = 1.0 + K1**2 - 2.0 * K1 * cos_psi
         bend = (1.0 + z_p * K1**2) - K1 * (z_p + 1) * cos_psi
-        if bend > 0.0:
-            limit = min(limit, r_p * w2**1.5 / bend)
+        limit = min(limit, r_p * w2**1.5 / bend)
     return limit

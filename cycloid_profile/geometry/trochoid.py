@@ -7,11 +7,27 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from cycloid_profile.arrays import ArrayLike, ComplexArray, FloatArray
 from cycloid_profile.errors import GeometryError
+
+
+class TrochoidJet(NamedTuple):
+    """All that a parallel curve needs of the trochoid at some phases, computed together.
+
+    ``centre`` C [mm] and ``normal`` n complex; ``speed`` w = 1/S with its derivative ``speed_rate``;
+    ``turn`` dθ/dψ and ``turn_rate`` d²θ/dψ² of the normal.
+    """
+
+    centre: ComplexArray
+    normal: ComplexArray
+    speed: FloatArray
+    speed_rate: FloatArray
+    turn: FloatArray
+    turn_rate: FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +90,25 @@ class Trochoid:
         """Phase of one whole disc, 2π z_c [rad]."""
         return 2.0 * math.pi * self.lobes
 
+    def jet(self, phase: ArrayLike) -> TrochoidJet:
+        """Path, normal and their rates, each in the shape of ``phase`` (Eqs. 1–4)."""
+        psi = np.asarray(phase, dtype=np.float64)
+        K1, z_p, z_c = self.short_width_ratio, self.pins, self.lobes
+        # e^{−iψ z_p/z_c} = e^{−iψ/z_c} e^{−iψ}, which brings sine and cosine along.
+        slow, full = np.exp(-1j * psi / z_c), np.exp(-1j * psi)
+        fast = slow * full
+        cos, sin = full.real, -full.imag
+        w = self.speed_ratio(psi)
+        turn = (K1 * (z_p + 1) * cos - (1.0 + z_p * K1**2)) / (z_c * w**2)
+        return TrochoidJet(
+            centre=self.pin_circle_radius * slow - self.eccentricity * fast,
+            normal=(slow - K1 * fast) / w,
+            speed=w,
+            speed_rate=K1 * sin / w,
+            turn=turn,
+            turn_rate=-K1 * sin * ((z_p + 1) / z_c + 2.0 * turn) / w**2,
+        )
+
     def speed_ratio(self, phase: ArrayLike) -> FloatArray:
         """w = 1/S = √(1 + K1² − 2 K1 cosψ), in the shape of ``phase`` (Eq. 2)."""
         K1 = self.short_width_ratio
@@ -83,34 +118,15 @@ class Trochoid:
 
     def pin_centre(self, phase: ArrayLike) -> ComplexArray:
         """Pin centre C(ψ) seen from the disc, complex, in the shape of ``phase`` [mm] (Eq. 1)."""
-        psi = np.asarray(phase, dtype=np.float64)
-        r_p, a, z_c = self.pin_circle_radius, self.eccentricity, self.lobes
-        C: ComplexArray = r_p * np.exp(-1j * psi / z_c) - a * np.exp(-1j * psi * self.pins / z_c)
-        return C
+        return self.jet(phase).centre
 
     def normal(self, phase: ArrayLike) -> ComplexArray:
         """Outward unit normal of the trochoid, complex, in the shape of ``phase`` (Eq. 3)."""
-        psi = np.asarray(phase, dtype=np.float64)
-        K1, z_c = self.short_width_ratio, self.lobes
-        u = np.exp(-1j * psi / z_c) - K1 * np.exp(-1j * psi * self.pins / z_c)
-        n: ComplexArray = u / self.speed_ratio(psi)
-        return n
+        return self.jet(phase).normal
 
     def turning_rate(self, phase: ArrayLike) -> FloatArray:
         """dθ/dψ of the normal's direction θ, in the shape of ``phase`` (Eq. 4)."""
-        psi = np.asarray(phase, dtype=np.float64)
-        K1, z_p, z_c = self.short_width_ratio, self.pins, self.lobes
-        rate: FloatArray = (K1 * (z_p + 1) * np.cos(psi) - (1.0 + z_p * K1**2)) / (z_c * self.speed_ratio(psi) ** 2)
-        return rate
-
-    def turning_acceleration(self, phase: ArrayLike) -> FloatArray:
-        """d²θ/dψ², in the shape of ``phase`` (derivative of Eq. 4)."""
-        psi = np.asarray(phase, dtype=np.float64)
-        K1, z_p, z_c = self.short_width_ratio, self.pins, self.lobes
-        w2 = self.speed_ratio(psi) ** 2
-        numerator = -K1 * (z_p + 1) * np.sin(psi) / z_c
-        acceleration: FloatArray = (numerator - 2.0 * K1 * np.sin(psi) * self.turning_rate(psi)) / w2
-        return acceleration
+        return self.jet(phase).turn
 
     def lever_function(self, phase: ArrayLike) -> FloatArray:
         """sinψ·S, the lever arm over its longest value a z_c; in [−1, 1] (Eq. 6)."""

@@ -71,6 +71,4 @@ def _colours() -> Any:
     """Dark for a high force; idle pins, which are masked, stay white."""
     from matplotlib import colormaps
 
-    colours = colormaps["cividis_r"].copy()
-    colours.set_bad("white")
-    return colours
+    return colormaps["cividis_r"].with_extremes(bad="white")

@@ -126,6 +126,12 @@ def test_added_material_binds(rv40e, change):
     assert found.least_gap < -1e-3
 
 
+def test_least_gap_is_taken_midway_between_the_two_touches(rv40e):
+    # There every pin has nearly the equidistant amount; at either touch the least gap would be zero.
+    found = backlash(rv40e, modify(rv40e.theoretical_profile, Equidistant(0.010)), poses=6)
+    assert found.least_gap == pytest.approx(0.010, rel=2e-3)
+
+
 def test_binding_is_told_from_rounding():
     turn = np.array([0.0])
     assert not Backlash(turn, turn, -5e-8).binds

@@ -170,7 +170,6 @@ def test_first_order_gap_errs_with_the_square_of_the_amount(theoretical, rv40e):
     assert np.polyfit(np.log(amounts), np.log(errors), 1)[0] == pytest.approx(2.0, abs=0.1)
 
 
-@pytest.mark.xfail(reason="a ridge corner has no foot point: the gap is projected on one flank's normal", strict=True)
 @pytest.mark.parametrize("pin", [0, 20])
 def test_gap_to_the_ridge_that_a_flank_rotation_leaves(theoretical, pin):
     # Both flanks turned away from their pins leave a ridge at root and tip that nothing was taken from.
@@ -179,7 +178,6 @@ def test_gap_to_the_ridge_that_a_flank_rotation_leaves(theoretical, pin):
     assert found == pytest.approx(0.03, abs=1e-9)
 
 
-@pytest.mark.xfail(reason="Newton keeps the foot it starts from, not the nearest one", strict=True)
 @pytest.mark.parametrize("crank", [0.0, 0.003])
 def test_gap_of_a_pin_beyond_the_centre_of_a_sharp_root(crank):
     # K1 = 0.95: the pin-centre path has a radius of 4.3 µm in the root. A pin 10 µm further out is nearer

@@ -121,7 +121,7 @@ def test_turning_of_the_normal_is_its_derivative(tooth, psi):
     assert turned == pytest.approx(float(trochoid.turning_rate(psi)), abs=tolerance)
     bent = (trochoid.turning_rate(psi + h) - trochoid.turning_rate(psi - h)) / (2.0 * h)
     tolerance = 1e-8 + 10.0 * h**2 / (1.0 - trochoid.short_width_ratio) ** 4
-    assert bent == pytest.approx(float(trochoid.turning_acceleration(psi)), abs=tolerance, rel=1e-6)
+    assert bent == pytest.approx(float(trochoid.jet(psi).turn_rate), abs=tolerance, rel=1e-6)
 
 
 @given(teeth())

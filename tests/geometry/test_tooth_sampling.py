@@ -75,7 +75,7 @@ def test_chord_sampling_is_near_the_least_number_of_points(theoretical, toleranc
     points = theoretical.at(psi)
     least = np.trapezoid(np.sqrt(np.abs(points.curvature) / (8.0 * tolerance)) * np.abs(points.first), psi)
     count = ChordTolerance(tolerance).phases(theoretical).size
-    assert 0.97 * least <= count <= 1.08 * least
+    assert least <= count <= 1.04 * least
 
 
 def test_chord_error_falls_with_the_square_of_the_number_of_points(theoretical):

@@ -164,7 +164,6 @@ def test_tooth_that_cannot_exist_is_refused(theoretical, too_much, limit):
         modify(theoretical, too_much)
 
 
-@pytest.mark.xfail(reason="the undercut limit is checked for the pin, not for removals on top of it", strict=True)
 def test_flank_removal_that_undercuts_is_refused(theoretical):
     # 1.9 mm beside the 1.61 mm that are left: the curve runs backwards on the convex flank.
     with pytest.raises(GeometryError):

@@ -1,0 +1,313 @@
+"""The command line as a user meets it: contracts of its JSON, exit status, one-sentence refusals, whole files."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from cycloid_profile.cli.main import run
+from cycloid_profile.spec.read import read_spec
+
+ROOT = Path(__file__).parents[2]
+RV40E = ROOT / "examples" / "rv40e.toml"
+TEXT = RV40E.read_text(encoding="utf-8")
+SHARING_KEYS = {"max_force_n", "delta_max_um", "loaded_pins", "max_pressure_mpa"}
+ACCURACY_KEYS = {
+    "backlash_arcmin", "lost_motion_arcmin", "torsional_rigidity_nm_per_arcmin", "transmission_error_arcsec",
+}  # fmt: skip
+CONTRACT = {
+    "classical": SHARING_KEYS, "equilibrium": SHARING_KEYS, "conventional": ACCURACY_KEYS, "compensated": ACCURACY_KEYS,
+}  # fmt: skip
+
+
+@pytest.fixture
+def changed(tmp_path: Path) -> Callable[..., Path]:
+    """Writes the RV-40E spec with some text replaced."""
+
+    def write(*pairs: tuple[str, str]) -> Path:
+        text = TEXT
+        for old, new in pairs:
+            assert old in text
+            text = text.replace(old, new)
+        path = tmp_path / "spec.toml"
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return write
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The RV-40E built once."""
+    folder = tmp_path_factory.mktemp("built") / "rv40e"
+    assert run(["build", str(RV40E), "--out", str(folder)]) == 0
+    return folder
+
+
+def test_accuracy_json_keeps_its_contract(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert run(["accuracy", str(RV40E), "--json", "--out", str(tmp_path)]) == 0
+    out, err = capsys.readouterr()
+    figures = json.loads(out)
+    assert figures["schema"] == 1
+    assert figures["name"] == "RV-40E"
+    assert figures["short_width_ratio"] == 0.8125
+    assert figures["radial_clearance_um"] == 6.0
+    for table, keys in CONTRACT.items():
+        assert keys <= set(figures[table])
+        assert all(isinstance(figures[table][key], int | float) for key in keys)
+    assert err, "progress belongs on stderr"
+    assert Path(figures["picture"]).is_file()
+
+
+def test_accuracy_of_the_rv40e(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    # Lost motion 0.851′ and rigidity about 560 N·m/′ come from an independent simulation of the same drive;
+    # backlash of 6 µm is 2·6 µm/(a z_c), up to 0.3 % more between the poses with a pin at ψ0.
+    run(["accuracy", str(RV40E), "--json", "--out", str(tmp_path)])
+    figures = json.loads(capsys.readouterr().out)
+    assert figures["conventional"]["lost_motion_arcmin"] == pytest.approx(0.851, abs=0.001)
+    assert figures["conventional"]["torsional_rigidity_nm_per_arcmin"] == pytest.approx(560.0, rel=0.01)
+    assert figures["conventional"]["backlash_arcmin"] == pytest.approx(0.8137, rel=0.004)
+    change = figures["compensated"]["backlash_arcmin"] - figures["conventional"]["backlash_arcmin"]
+    delta = figures["compensation"]["delta_max_um"]
+    assert change == pytest.approx(-2e-3 * delta / (1.3 * 39) * 3437.747, rel=1e-3)
+
+
+def test_build_writes_the_whole_set(built: Path) -> None:
+    names = {str(path.relative_to(built)) for path in built.rglob("*") if path.is_file()}
+    files = {"profile.csv", "profile.dxf", "grinding.nc", "cmm_nominal.csv", "manifest.json", "report.html"}
+    assert files <= names
+    plots = {name for name in names if name.startswith("plots")}
+    assert len(plots) == 12
+    assert {Path(name).suffix for name in plots} == {".png", ".svg"}
+    assert not list(built.glob(".*")), "scratch folders are gone"
+
+
+def test_manifest_tells_the_truth_of_every_file(built: Path) -> None:
+    import hashlib
+
+    manifest = json.loads((built / "manifest.json").read_text(encoding="utf-8"))
+    listed = {entry["path"]: entry for entry in manifest["files"]}
+    present = {str(path.relative_to(built)) for path in built.rglob("*") if path.is_file()} - {"manifest.json"}
+    assert set(listed) == present
+    for name, entry in listed.items():
+        data = (built / name).read_bytes()
+        assert entry["bytes"] == len(data)
+        assert entry["sha256"] == hashlib.sha256(data).hexdigest()
+        if entry["tolerance_um"] is not None:
+            assert 0.0 < entry["deviation_um"] <= entry["tolerance_um"]
+            assert entry["read_back_with"]
+
+
+def test_report_stands_alone_and_holds_the_pictures(built: Path) -> None:
+    html = (built / "report.html").read_text(encoding="utf-8")
+    assert html.count("<svg") == 6
+    assert "src=" not in html
+    assert "All checks passed" in html
+    ids = [part.split('"')[0] for part in html.split(' id="')[1:]]
+    assert len(ids) == len(set(ids)), "ids of the pictures must not clash"
+
+
+def test_build_prints_figures_with_units(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    spec = tmp_path / "small.toml"
+    spec.write_text(TEXT.replace('["dxf", "step", "csv", "gcode", "cmm"]', '["cmm"]'), encoding="utf-8")
+    assert run(["build", str(spec), "--out", str(tmp_path / "out")]) == 0
+    out = capsys.readouterr().out
+    for unit in ("[′]", "[N·m/′]", "[″]", "[N]", "[µm]", "[MPa]"):
+        assert unit in out
+
+
+BAD = [
+    ("unknown key", [("pins = 40", "pinz = 40")], "did you mean drive.pins?"),
+    ("wrong unit", [("pin_radius_mm = 3.0", "pin_radius_um = 3000.0")], "write pin_radius_mm = 3"),
+    ("not toml", [("pins = 40", "pins = ")], "is not valid TOML"),
+    ("K1", [("eccentricity_mm = 1.3", "eccentricity_mm = 1.6")], "keep the eccentricity below 1.6000 mm"),
+    ("overlap", [("pins = 40", "pins = 80"), ("eccentricity_mm = 1.3", "eccentricity_mm = 0.4")], "pins overlap"),
+    ("undercut", [("pin_radius_mm = 3.0", "pin_radius_mm = 4.7")], "undercut limit 4.6117 mm"),
+    ("zero width", [("disc_width_mm = 11.5", "disc_width_mm = 0")], "must be > 0"),
+    ("negative width", [("disc_width_mm = 11.5", "disc_width_mm = -2.0")], "must be > 0"),
+    ("torque 0", [("rated_torque_nm = 412.0", "rated_torque_nm = 0")], "must be > 0"),
+    ("nan", [("pin_circle_radius_mm = 64.0", "pin_circle_radius_mm = nan")], "not a finite number"),
+    ("modification beyond the pin", [("equidistant_um = 6.0", "equidistant_um = -3001.0")], "smaller modification"),
+    ("modified tooth undercut", [("equidistant_um = 6.0", "equidistant_um = 1700.0")], "undercut limit"),
+    ("holes cut", [("crank_hole_radius_mm = 13.0", "crank_hole_radius_mm = 24.0")], "make the holes smaller"),
+    ("negative compensation", [("compensation = true", "compensation = -1.0")], "positive amount"),
+    ("stage without cranks", [("[drive.cranks]\ncount = 3\ncircle_radius_mm = 36.0\n", "[drive.eccentric]\n")],
+     "add [drive.cranks]"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "pairs", "says"), BAD, ids=[name for name, _, _ in BAD])
+@pytest.mark.parametrize("command", ["build", "accuracy"])
+def test_bad_input_is_one_sentence_and_leaves_no_file(
+    name: str, pairs: list[tuple[str, str]], says: str, command: str, changed: Callable[..., Path],
+    tmp_path: Path, capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    out = tmp_path / "out"
+    assert run([command, str(changed(*pairs)), "--out", str(out), "--json"]) == 2, name
+    printed, told = capsys.readouterr()
+    sentences = [line for line in told.splitlines() if not line.startswith("… ")]
+    assert printed == ""
+    assert len(sentences) == 1
+    assert says in sentences[0]
+    assert "Traceback" not in told
+    assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["build", "nowhere.toml"], "does not exist"),
+        (["build"], "requires an argument"),
+        (["bild", "x.toml"], 'Did you mean "build"'),
+        (["build", "x.toml", "--ouT", "y"], "Unknown option"),
+        (["export", str(RV40E), "--format", "dwg"], 'Choose from: "csv"'),
+        (["catalog", "rv4oe"], "did you mean rv40e?"),
+    ],
+)
+def test_wrong_words_are_one_sentence(words: list[str], says: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(words) == 2
+    told = [line for line in capsys.readouterr().err.splitlines() if not line.startswith("… ")]
+    assert len(told) == 1
+    assert says in told[0]
+
+
+def test_an_output_folder_that_is_a_file_is_refused(
+    changed: Callable[..., Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    target = tmp_path / "taken"
+    target.write_text("mine", encoding="utf-8")
+    assert run(["export", str(changed()), "--format", "cmm", "--out", str(target)]) == 2
+    assert "cannot be written" in capsys.readouterr().err
+    assert target.read_text(encoding="utf-8") == "mine"
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="the superuser can write anywhere")
+def test_an_output_folder_without_permission_is_refused(changed: Callable[..., Path], tmp_path: Path) -> None:
+    locked = tmp_path / "locked"
+    locked.mkdir(mode=0o500)
+    assert run(["export", str(changed()), "--format", "cmm", "--out", str(locked / "new")]) == 2
+
+
+def test_a_failure_half_way_leaves_the_old_files_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, changed: Callable[..., Path]
+) -> None:
+    from cycloid_profile.export.points import CmmExporter
+
+    out = tmp_path / "out"
+    assert run(["export", str(changed()), "--format", "csv", "--out", str(out)]) == 0
+    before = (out / "profile.csv").read_bytes()
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device", "cmm_nominal.csv")
+
+    monkeypatch.setattr(CmmExporter, "write", full)
+    spec = changed(("equidistant_um = 6.0", "equidistant_um = 9.0"))
+    assert run(["export", str(spec), "--format", "csv", "--format", "cmm", "--out", str(out)]) == 2
+    assert (out / "profile.csv").read_bytes() == before
+    assert sorted(path.name for path in out.iterdir()) == ["profile.csv"]
+
+
+@pytest.mark.parametrize(
+    ("pairs", "says"),
+    [
+        ([("equidistant_um = 6.0", "equidistant_um = 0.0")], "would leave a backlash of"),
+        ([("compensation = true", "compensation = 9.0")], "set deformation_compensation to at most 6.0"),
+        ([("equidistant_um = 6.0", "equidistant_um = -6.0"), ("= true", "= false")], "would bind"),
+        ([("equidistant_um = 6.0", "equidistant_um = -6.0")], "overlap before any load"),
+    ],
+)  # fmt: skip
+def test_a_disc_that_would_bind_ends_with_1_and_its_files(
+    pairs: list[tuple[str, str]], says: str, changed: Callable[..., Path], tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    spec = changed(*pairs, ('["dxf", "step", "csv", "gcode", "cmm"]', '["csv"]'))
+    assert run(["build", str(spec), "--out", str(tmp_path / "out"), "--json"]) == 1
+    out, err = capsys.readouterr()
+    assert says in err
+    assert json.loads(out)["failures"]
+    assert (tmp_path / "out" / "profile.csv").is_file()
+    assert "cannot work as asked" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+
+
+def test_export_lists_before_it_writes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "out"
+    assert run(["export", str(RV40E), "--list", "--json", "--out", str(out)]) == 0
+    listed = json.loads(capsys.readouterr().out)["files"]
+    assert [entry["format"] for entry in listed] == ["dxf", "step", "csv", "gcode", "cmm"]
+    assert not out.exists()
+    assert run(["export", str(RV40E), "--list"]) == 0
+    assert "disc.step" in capsys.readouterr().out
+
+
+def test_export_writes_the_formats_asked_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["export", str(RV40E), "--format", "gcode", "--format", "cmm", "--out", str(tmp_path), "--json"]) == 0
+    files = json.loads(capsys.readouterr().out)["files"]
+    assert [entry["path"] for entry in files] == ["grinding.nc", "cmm_nominal.csv"]
+    assert all(entry["deviation_um"] <= entry["tolerance_um"] for entry in files)
+    assert run(["export", str(RV40E), "--format", "cmm", "--out", str(tmp_path)]) == 0
+    assert "cmm_nominal.csv" in capsys.readouterr().out
+
+
+def test_without_the_cad_kernel_everything_but_step_is_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "build123d", None)
+    assert run(["build", str(RV40E), "--out", str(tmp_path), "--json"]) == 0
+    out, err = capsys.readouterr()
+    assert "pip install build123d" in json.loads(out)["skipped"]["step"]
+    assert "disc.step was not written" in err
+    manifest = json.loads((tmp_path / "manifest.json").read_text(encoding="utf-8"))
+    assert [entry["format"] for entry in manifest["skipped"]] == ["step"]
+    assert (tmp_path / "profile.dxf").is_file()
+    assert run(["export", str(RV40E), "--format", "step", "--out", str(tmp_path / "step")]) == 2
+
+
+def test_effects_are_kept_and_said_not_to_be_simulated(
+    changed: Callable[..., Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    effect = "[[effects]]\nname = 'series_compliance'\nstiffness_nm_per_arcmin = 134.0\n[export]"
+    spec = changed(("[export]", effect), ('["dxf", "step", "csv", "gcode", "cmm"]', '["cmm"]'))
+    assert run(["build", str(spec), "--out", str(tmp_path / "out"), "--json"]) == 0
+    out, err = capsys.readouterr()
+    assert json.loads(out)["effects_not_simulated"] == ["series_compliance"]
+    assert "series_compliance" in err
+
+
+def test_catalog_lists_prints_and_writes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["catalog"]) == 0
+    assert "rv80e" in capsys.readouterr().out
+    assert run(["catalog", "--json"]) == 0
+    assert set(json.loads(capsys.readouterr().out)["drives"]) >= {"rv40e", "rv80e"}
+    assert run(["catalog", "rv80e", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["name"] == "RV-80E"
+    assert run(["catalog", "rv80e"]) == 0
+    assert capsys.readouterr().out.startswith("#:schema")
+    path = tmp_path / "new" / "mine.toml"
+    assert run(["catalog", "rv80e", "--out", str(path)]) == 0
+    assert read_spec(path).name == "RV-80E"
+    assert (path.parent / "cycloid-profile.schema.json").is_file()
+
+
+@pytest.mark.parametrize("command", [[], ["build"], ["accuracy"], ["export"], ["catalog"]])
+def test_help_has_an_example(command: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert run([*command, "--help"]) == 0
+    out = capsys.readouterr().out
+    assert f"Example: cycloid-profile {command[0] if command else ''}" in " ".join(out.split())
+
+
+def test_help_and_import_leave_the_heavy_libraries_alone() -> None:
+    # Importing the CAD kernel alone takes seconds: it must not happen before a STEP file is asked for.
+    code = (
+        "import sys, cycloid_profile\n"
+        "from cycloid_profile.cli.main import run\n"
+        "assert run(['--help']) == 0\n"
+        "heavy = {'OCP', 'build123d', 'ezdxf', 'matplotlib', 'scipy', 'shapely', 'jinja2'} & set(sys.modules)\n"
+        "assert not heavy, heavy\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT, stdout=subprocess.DEVNULL)

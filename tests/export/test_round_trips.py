@@ -1,0 +1,155 @@
+"""Each file read back by a reader that shares no code with its writer, against the textbook formula.
+
+The promised tolerance is 0.05 µm for every curve of the RV-40E (plus half a unit of the last decimal in
+the NC program).
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from independent import (
+    ExactCurve,
+    area_inside,
+    read_dxf_splines,
+    read_nc_points,
+    read_step_splines,
+    sample_spline,
+)
+from scipy.spatial import cKDTree
+
+from cycloid_profile.design.record import DesignRecord
+from cycloid_profile.export.dxf import DxfExporter
+from cycloid_profile.export.gcode import ROUNDING, GcodeExporter
+from cycloid_profile.export.points import CMM_COLUMNS, PROFILE_COLUMNS, CmmExporter, ProfileCsvExporter
+from cycloid_profile.export.step import StepExporter
+
+TOLERANCE = 5e-5
+CHORDS = 3e-9  # of the polyline that stands for the exact curve
+
+
+@pytest.fixture(scope="module")
+def exact(rv40e_record: DesignRecord) -> ExactCurve:
+    assert rv40e_record.compensation is not None
+    return ExactCurve(equidistant=0.006, delta_max=rv40e_record.compensation.delta_max)
+
+
+def test_profile_csv_obeys_its_contract(rv40e_record: DesignRecord, exact: ExactCurve, tmp_path: Path) -> None:
+    written = ProfileCsvExporter().write(rv40e_record, tmp_path)
+    with (tmp_path / "profile.csv").open(encoding="ascii", newline="") as file:
+        rows = list(csv.reader(file))
+    assert tuple(rows[0]) == PROFILE_COLUMNS
+    psi, x, y, nx, ny, kappa = np.array(rows[1:], float).T
+    xy = np.stack([x, y], axis=-1)
+    assert np.all(np.diff(psi) > 0.0)
+    assert psi[-1] < 39 * 2.0 * math.pi
+    assert np.max(exact.distance(xy)) < 2e-9 + CHORDS
+    # The formula at the printed ψ gives the printed point: half a unit in ψ is 2e-10 mm of arc.
+    assert np.max(np.abs(exact.at(psi) - xy)) < 1.5e-9
+    assert np.max(np.abs(np.hypot(nx, ny) - 1.0)) < 2e-8
+    assert np.min(nx * x + ny * y) > 0.0
+    chords = 0.5 * (xy + np.roll(xy, -1, axis=0))
+    assert np.max(exact.distance(chords)) <= TOLERANCE + CHORDS
+    assert written.deviation is not None
+    assert written.deviation.largest <= TOLERANCE
+    # Signed curvature integrates to one clockwise turn, less the sudden turns at the 78 corners.
+    ds = np.hypot(*(xy - np.roll(xy, 1, axis=0)).T)
+    turned = float(np.sum(kappa * 0.5 * (ds + np.roll(ds, -1))))
+    assert turned == pytest.approx(-2.0 * math.pi, abs=0.25)
+
+
+def test_dxf_is_one_cubic_spline_of_control_vertices(
+    rv40e_record: DesignRecord, exact: ExactCurve, tmp_path: Path
+) -> None:
+    written = DxfExporter().write(rv40e_record, tmp_path)
+    ((degree, flags, knots, control),) = read_dxf_splines(tmp_path / "profile.dxf", "PROFILE")
+    assert degree == 3
+    assert flags & 1 == 0, "the closed flag makes several readers drop the curve"
+    assert len(knots) == len(control) + degree + 1
+    assert np.array_equal(control[0], control[-1])
+    off = exact.distance(sample_spline(degree, knots, control))
+    assert np.max(off) <= TOLERANCE
+    assert written.deviation is not None
+    assert written.deviation.largest == pytest.approx(np.max(off), rel=0.1)
+    # and the other way round: no part of the curve is left out
+    gap, _ = cKDTree(sample_spline(degree, knots, control, 12)).query(exact.points[::37])
+    assert np.max(gap) < 0.05  # mm along the curve between samples
+    assert "$INSUNITS" in (tmp_path / "profile.dxf").read_text()
+
+
+def test_step_is_a_valid_solid_within_tolerance(rv40e_record: DesignRecord, exact: ExactCurve, tmp_path: Path) -> None:
+    pytest.importorskip("build123d", reason="the CAD kernel is not installed")
+    written = StepExporter().write(rv40e_record, tmp_path)
+    curves = read_step_splines(tmp_path / "disc.step")
+    bottom = [(d, k, c) for d, k, c in curves if np.all(c[:, 2] == 0.0)]
+    points = np.concatenate([sample_spline(d, k, c[:, :2], 10) for d, k, c in bottom])
+    assert np.max(exact.distance(points)) <= TOLERANCE
+    assert {d for d, _, _ in curves} == {5}
+    assert len({tuple(c[0]) for _, _, c in bottom}) == 78
+    assert written.entities == {"solids": 1, "faces": 78 + 4 + 2, "tooth_edges": 78, "holes": 4}
+    assert (tmp_path / "disc.step").stat().st_size <= 1_000_000
+
+
+def test_step_encloses_the_area_of_the_tooth(rv40e_record: DesignRecord, exact: ExactCurve, tmp_path: Path) -> None:
+    cad = pytest.importorskip("build123d", reason="the CAD kernel is not installed")
+    StepExporter().write(rv40e_record, tmp_path)
+    teeth = area_inside(exact.at(np.linspace(0.0, 2.0 * math.pi * 39, 39 * 20_000, endpoint=False)))
+    # A boundary off by 0.05 µm all round would change the area by 0.02 mm², 2e-6 of it.
+    ends = {}
+    for degree, knots, control in read_step_splines(tmp_path / "disc.step"):
+        if np.all(control[:, 2] == 0.0):
+            points = sample_spline(degree, knots, control[:, :2], 60)
+            ends[float(np.arctan2(*points.mean(axis=0)[::-1]))] = points
+    ring = np.concatenate([ends[angle] for angle in sorted(ends, reverse=True)])
+    assert area_inside(ring) == pytest.approx(teeth, rel=3e-6)
+    # The kernel's own volume integral is good to some 1e-5 on spline edges; a lost hole would show as 5 %.
+    volume = (teeth - math.pi * (16.0**2 + 3 * 13.0**2)) * 11.5
+    assert cad.import_step(tmp_path / "disc.step").volume == pytest.approx(volume, rel=1e-4)
+
+
+def test_nc_program_follows_the_tooth(rv40e_record: DesignRecord, exact: ExactCurve, tmp_path: Path) -> None:
+    GcodeExporter().write(rv40e_record, tmp_path)
+    points, codes = read_nc_points(tmp_path / "grinding.nc")
+    assert codes[0] == "G0"
+    assert set(codes[1:]) <= {"G1", "G2", "G3"}
+    contour = points[2:-1].reshape(-1, 2)
+    assert np.max(exact.distance(contour)) <= TOLERANCE + ROUNDING
+    # Lead-in and lead-out stay outside the tooth: nearer to the disc's centre would be a gouge.
+    tip = np.max(np.hypot(*exact.points.T))
+    assert np.min(np.hypot(*points[[1, -1]].reshape(-1, 2).T)) >= tip - 1e-4
+    turns = np.unwrap(np.arctan2(contour[:, 1], contour[:, 0]))
+    assert turns[-1] - turns[0] == pytest.approx(-2.0 * math.pi, abs=1e-2)
+
+
+def test_nc_blocks_are_tangent_where_the_tooth_is(rv40e_record: DesignRecord, tmp_path: Path) -> None:
+    GcodeExporter().write(rv40e_record, tmp_path)
+    points, _ = read_nc_points(tmp_path / "grinding.nc", per_arc=400)
+    arcs = points[1:]
+    leaving = np.diff(arcs[:, -2:], axis=1)[:, 0]
+    entering = np.diff(arcs[:, :2], axis=1)[:, 0]
+    angle = np.arctan2(leaving[:, 1], leaving[:, 0])[:-1] - np.arctan2(entering[:, 1], entering[:, 0])[1:]
+    turn = np.abs((angle + math.pi) % (2.0 * math.pi) - math.pi)
+    # Five decimals turn the tangent of a 0.05 mm arc by up to 0.2 mrad, and half a step of sampling adds as
+    # much again; the compensation's own corners turn it by 1.6 mrad. A wrong arc would turn it by far more.
+    assert np.max(turn) < 5e-3
+    assert np.median(turn) < 1e-3
+
+
+def test_cmm_points_lie_on_the_tooth_at_equal_arc(
+    rv40e_record: DesignRecord, exact: ExactCurve, tmp_path: Path
+) -> None:
+    CmmExporter().write(rv40e_record, tmp_path)
+    with (tmp_path / "cmm_nominal.csv").open(encoding="ascii", newline="") as file:
+        rows = list(csv.reader(file))
+    assert tuple(rows[0]) == CMM_COLUMNS
+    table = np.array(rows[1:], float)
+    assert len(table) == 39 * 40
+    assert np.array_equal(np.unique(table[:, 1]), np.arange(1, 40))
+    assert np.max(exact.distance(table[:, 3:5])) < 2e-9 + CHORDS
+    steps = np.linalg.norm(np.diff(table[:40, 3:5], axis=0), axis=1)
+    assert np.ptp(steps) < 0.02 * np.mean(steps)  # chords differ from arcs by curvature only
+    assert np.all(table[:, 5] == 0.5 * 11.5)
