@@ -46,7 +46,7 @@ def design_checks(drive: Drive, outline: DiscOutline, backlash: Backlash) -> tup
     return (
         Check(
             "backlash",
-            not backlash.binds and backlash.least > -1e-9,
+            not backlash.binds,
             f"{backlash.least / ARCMIN:.4f}′",
             "at least 0′",
             "the drive would bind, raise equidistant_um or lower the compensation",

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from cycloid_profile.contact.backlash import input_locked_factor
 from cycloid_profile.design.accuracy import LOAD_SHARES
 from cycloid_profile.design.record import DesignRecord
 from cycloid_profile.plot.style import COMPENSATED, CONVENTIONAL, GREY, new_figure, style
@@ -25,10 +26,14 @@ def accuracy_plot(record: DesignRecord) -> Figure:
         figure = new_figure(10.0, 4.6)
         left, right = figure.subplots(1, 2, width_ratios=(1.2, 1.0))
         for label, look, found in cases:
-            twist = np.mean(found.rotation, axis=1) / ARCMIN
+            # At no torque the output floats between the two touches.
+            touches = [found.backlash.backward, found.backlash.forward]
+            float_twist = [float(np.mean(t)) * input_locked_factor(found.case.drive) for t in touches]
+            half = len(found.torque) // 2
+            twist = np.insert(np.mean(found.rotation, axis=1), half, float_twist) / ARCMIN
             left.plot(
                 twist,
-                found.torque / NEWTON_METRE,
+                np.insert(found.torque, half, [0.0, 0.0]) / NEWTON_METRE,
                 marker=".",
                 **look,
                 label=f"{label}: lost motion {found.lost_motion / ARCMIN:.3f}′,\n"

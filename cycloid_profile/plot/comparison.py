@@ -29,15 +29,15 @@ def normal_removal(record: DesignRecord, profile: ToothProfile, phase: FloatArra
 
 
 def profile_comparison(record: DesignRecord) -> Figure:
-    """Left: removal along one lobe, unrolled. Right: the lobe about the disc's centre, removal magnified."""
+    """Above: removal along one lobe, unrolled. Below: the lobe about the disc's centre, removal magnified."""
     psi = np.linspace(-math.pi, math.pi, _POINTS)
     curves = [("conventional modification", CONVENTIONAL, normal_removal(record, record.conventional, psi))]
     if record.compensation is not None:
         compensated = normal_removal(record, record.profile, psi)
         curves.append(("with deformation compensation", COMPENSATED, compensated))
     with style():
-        figure = new_figure(10.0, 4.8)
-        unrolled, lobe = figure.subplots(1, 2, width_ratios=(1.15, 1.0))
+        figure = new_figure(8.0, 7.4)
+        unrolled, lobe = figure.subplots(2, 1, height_ratios=(1.3, 1.0))
         unrolled.plot(psi / DEGREE, np.zeros_like(psi), label="theory", **THEORY)
         for label, look, removal in curves:
             unrolled.plot(psi / DEGREE, removal / UM, label=label, **look)

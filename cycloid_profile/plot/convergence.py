@@ -50,7 +50,7 @@ def convergence(record: DesignRecord) -> Figure:
         left.set(xlabel="iteration", ylabel="relative error of the largest force", title="load sharing")
         left.set_ylim(3e-14, 20.0)
         left.minorticks_off()
-        left.legend(loc="lower left")
+        left.legend(loc="upper right")
         _rounds(right, record)
         figure.suptitle(f"{record.spec.name}: convergence")
     return figure

@@ -11,6 +11,8 @@ import msgspec
 
 from cycloid_profile.spec.model import Spec, Table
 
+_SEE = "see docs/spec.md"
+
 # Size of each unit in the first of its family; a key's suffix names one of them.
 _UNITS = {
     "nm": ("length", 1e-6), "um": ("length", 1e-3), "mm": ("length", 1.0), "cm": ("length", 10.0),
@@ -69,27 +71,28 @@ def remedy_for(path: str) -> str:
             continue
         annotation = fields[key].type
         if position == len(keys) - 1 or not tables_in(annotation):
-            choices = _choices(annotation)
-            return f"choose from {', '.join(choices)}" if choices else _remedy_in(annotation)
+            choices, meta = choices_in(annotation), meta_in(annotation)
+            if choices:
+                return f"choose from {', '.join(choices)}"
+            return str(meta.extra["remedy"]) if meta is not None and meta.extra else _SEE
         table = tables_in(annotation)[0]
-    return "see docs/spec.md"
+    return _SEE
 
 
-def _remedy_in(annotation: Any) -> str:
+def meta_in(annotation: Any) -> msgspec.Meta | None:
+    """The model's note on a key: description, limits, remedy; None where it has none."""
     for meta in getattr(annotation, "__metadata__", ()):
-        if isinstance(meta, msgspec.Meta) and meta.extra:
-            return str(meta.extra["remedy"])
-    for inner in typing.get_args(annotation):
-        found = _remedy_in(inner)
-        if found != "see docs/spec.md":
-            return found
-    return "see docs/spec.md"
+        if isinstance(meta, msgspec.Meta):
+            return meta
+    found = (meta_in(inner) for inner in typing.get_args(annotation))
+    return next((meta for meta in found if meta is not None), None)
 
 
-def _choices(annotation: Any) -> list[str]:
+def choices_in(annotation: Any) -> list[str]:
+    """The words a key may take, empty where it is free."""
     if typing.get_origin(annotation) is typing.Literal:
         return [str(choice) for choice in typing.get_args(annotation)]
-    return [choice for inner in typing.get_args(annotation) for choice in _choices(inner)]
+    return [choice for inner in typing.get_args(annotation) for choice in choices_in(inner)]
 
 
 def _split(key: str) -> tuple[str, str | None]:

@@ -19,8 +19,6 @@ def _key(description: str, remedy: str, **limits: Any) -> Meta:
 _LENGTH = "give a length above zero"
 _AMOUNT = "give an amount in µm, positive removes material"
 
-PositiveLength = Annotated[float, _key("Length [mm].", _LENGTH, gt=0)]
-Amount = Annotated[float, _key("Amount removed along the normal [µm].", _AMOUNT)]
 Format = Literal["csv", "dxf", "step", "gcode", "cmm"]
 FORMATS: tuple[Format, ...] = ("csv", "dxf", "step", "gcode", "cmm")
 
@@ -52,7 +50,7 @@ class FirstStageSpec(Table, frozen=True):
 
     sun_teeth: Annotated[int, _key("Teeth of the sun z1.", "give the number of teeth of the sun", ge=3)]
     planet_teeth: Annotated[int, _key("Teeth of a planet z2.", "give the number of teeth of a planet", ge=3)]
-    module_mm: PositiveLength
+    module_mm: Annotated[float, _key("Module of the first stage [mm].", _LENGTH, gt=0)]
 
 
 class DriveSpec(Table, frozen=True):
@@ -97,14 +95,14 @@ class LoadSpec(Table, frozen=True):
     disc_share: Annotated[
         float, _key("Share of the torque on one disc, classical scheme only.", "two discs: 0.5 to 0.55", gt=0, le=1)
     ] = 0.55
-    contact_law: Literal["roark", "johnson", "article"] = "roark"
+    contact_law: Annotated[Literal["roark", "johnson", "article"], _key("Line-contact law.", "")] = "roark"
 
 
 class ModificationSpec(Table, frozen=True):
     """How the ground tooth differs from the theoretical one. Positive removes material."""
 
-    equidistant_um: Amount = 0.0
-    radial_moving_um: Amount = 0.0
+    equidistant_um: Annotated[float, _key("Wheel radius larger than the pin by this much [µm].", _AMOUNT)] = 0.0
+    radial_moving_um: Annotated[float, _key("Pin circle of generation smaller by this much [µm].", _AMOUNT)] = 0.0
     rotation_arcmin: Annotated[
         float, _key("Turn of each flank away from its pin [arc minutes].", "give an angle in arc minutes")
     ] = 0.0
@@ -112,15 +110,17 @@ class ModificationSpec(Table, frozen=True):
         bool | float,
         _key("true: from the load; false: none; a number: delta_max [µm].", "give true, false or delta_max in µm"),
     ] = False
-    compensation_solver: Literal["equilibrium", "classical"] = "equilibrium"
+    compensation_solver: Annotated[
+        Literal["equilibrium", "classical"], _key("Which load sharing finds delta_max.", "")
+    ] = "equilibrium"
 
 
 class HolesSpec(Table, frozen=True):
     """A ring of equal holes through the disc, such as those of the output pins."""
 
     count: Annotated[int, _key("Number of holes.", "give at least 1 hole", ge=1)]
-    circle_radius_mm: PositiveLength
-    radius_mm: PositiveLength
+    circle_radius_mm: Annotated[float, _key("Radius of the circle the holes stand on [mm].", _LENGTH, gt=0)]
+    radius_mm: Annotated[float, _key("Radius of a hole [mm].", _LENGTH, gt=0)]
 
 
 class DiscSpec(Table, frozen=True):
@@ -134,7 +134,7 @@ class DiscSpec(Table, frozen=True):
 class ExportSpec(Table, frozen=True):
     """What is written, and how finely."""
 
-    formats: tuple[Format, ...] = FORMATS
+    formats: Annotated[tuple[Format, ...], _key("Files to write.", "give a list of formats")] = FORMATS
     chord_tolerance_um: Annotated[
         float, _key("Largest distance of chords and arcs from the tooth [µm].", "give 0.05 to 5", ge=0.001, le=100)
     ] = 0.05
@@ -147,24 +147,24 @@ class ExportSpec(Table, frozen=True):
 class PublishedValue(Table, frozen=True):
     """A number that was published of this drive, to lay beside the computed one."""
 
-    quantity: str
-    value: float
-    unit: str = ""
-    note: str = ""
+    quantity: Annotated[str, _key("What was published.", "give a text")]
+    value: Annotated[float, _key("Its value.", "give a number")]
+    unit: Annotated[str, _key("Its unit.", "give a text")] = ""
+    note: Annotated[str, _key("How it was found.", "give a text")] = ""
 
 
 class SourceSpec(Table, frozen=True):
     """Where the numbers come from, and which of them are assumed."""
 
-    reference: str = ""
-    assumed: tuple[str, ...] = ()
+    reference: Annotated[str, _key("Publication or maker.", "give a text")] = ""
+    assumed: Annotated[tuple[str, ...], _key("Keys whose values are assumed.", "give a list of texts")] = ()
     published: tuple[PublishedValue, ...] = ()
 
 
 class Spec(Table, frozen=True, kw_only=True):
     """A whole spec file."""
 
-    name: str = "cycloidal drive"
+    name: Annotated[str, _key("Name shown in pictures and reports.", "give a text")] = "cycloidal drive"
     drive: DriveSpec
     materials: MaterialsSpec = MaterialsSpec()
     load: LoadSpec = LoadSpec()
@@ -172,4 +172,7 @@ class Spec(Table, frozen=True, kw_only=True):
     disc: DiscSpec = DiscSpec()
     export: ExportSpec = ExportSpec()
     source: SourceSpec = SourceSpec()
-    effects: tuple[dict[str, Any], ...] = ()
+    effects: Annotated[
+        tuple[dict[str, Any], ...],
+        _key("Imperfections as tables `[[effects]]`, each with a `name`; kept, not simulated yet.", "give [[effects]]"),
+    ] = ()

@@ -132,10 +132,10 @@ def test_least_gap_is_taken_midway_between_the_two_touches(rv40e):
     assert found.least_gap == pytest.approx(0.010, rel=2e-3)
 
 
-def test_binding_is_told_from_rounding():
+def test_binding_is_told_from_an_overlap_of_nanometres():
     turn = np.array([0.0])
-    assert not Backlash(turn, turn, -5e-8).binds
-    assert Backlash(turn, turn, -2e-7).binds
+    assert not Backlash(turn, turn, -5e-6).binds
+    assert Backlash(turn, turn, -2e-5).binds
 
 
 def test_input_lock_without_first_stage_is_the_crank_lock():

@@ -1,0 +1,99 @@
+"""Every picture says what it shows: titles, labelled axes with units, nothing outside the frame."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cycloid_profile.catalog.drives import catalog_drive
+from cycloid_profile.design.record import DesignRecord, design_disc
+from cycloid_profile.plot.comparison import normal_removal
+from cycloid_profile.plot.gallery import PICTURES, Picture
+from cycloid_profile.plot.style import save
+from cycloid_profile.spec.read import parse_spec
+
+PLAIN = """
+name = "plain"
+[drive]
+pins = 11
+pin_circle_radius_mm = 30.0
+pin_radius_mm = 3.0
+eccentricity_mm = 1.5
+disc_width_mm = 8.0
+discs = 1
+[modification]
+equidistant_um = 20.0
+"""
+
+
+@pytest.fixture(scope="module")
+def plain() -> DesignRecord:
+    """One disc, central eccentric, no compensation, no torque given."""
+    return design_disc(parse_spec(PLAIN))
+
+
+@pytest.mark.parametrize("picture", PICTURES, ids=[picture.name for picture in PICTURES])
+def test_axes_are_labelled_with_units(rv40e_record: DesignRecord, plain: DesignRecord, picture: Picture) -> None:
+    for record in (rv40e_record, plain):
+        figure = picture.draw(record)
+        assert record.spec.name in " ".join([figure.get_suptitle(), *(ax.get_title() for ax in figure.axes)])
+        for ax in figure.axes:
+            if not ax.has_data() or (ax.get_label() == "<colorbar>"):
+                continue
+            for label in (ax.get_xlabel(), ax.get_ylabel()):
+                dimensionless = ("iteration", "round", "relative error")
+                shared = label == "" and len(figure.axes) == 2  # the upper of two panels on one x axis
+                assert shared or "[" in label or label.startswith(dimensionless), (picture.name, label)
+
+
+@pytest.mark.parametrize("picture", PICTURES, ids=[picture.name for picture in PICTURES])
+def test_nothing_is_cut_off(rv40e_record: DesignRecord, picture: Picture) -> None:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    figure = picture.draw(rv40e_record)
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    box = figure.get_tightbbox(canvas.get_renderer())
+    width, height = figure.get_size_inches()
+    assert box.x0 >= -0.02
+    assert box.y0 >= -0.02
+    assert box.x1 <= width + 0.02
+    assert box.y1 <= height + 0.02
+
+
+def test_the_same_record_gives_the_same_bytes(rv40e_record: DesignRecord, tmp_path: Path) -> None:
+    pictures = []
+    for turn in ("a", "b"):
+        (tmp_path / turn).mkdir()
+        files = save(PICTURES[1].draw(rv40e_record), tmp_path / turn, "picture")
+        pictures.append([file.read_bytes() for file in files])
+    assert pictures[0] == pictures[1]
+
+
+def test_comparison_shows_the_removal_of_each_step(rv40e_record: DesignRecord) -> None:
+    psi = np.linspace(-math.pi, math.pi, 181)
+    conventional = normal_removal(rv40e_record, rv40e_record.conventional, psi)
+    assert np.allclose(conventional, 0.006, atol=1e-12)
+    compensated = normal_removal(rv40e_record, rv40e_record.profile, psi)
+    assert rv40e_record.compensation is not None
+    # Material is added on both flanks, δmax of it at ψ0, none at root and tip.
+    assert np.min(compensated) == pytest.approx(0.006 - rv40e_record.compensation.delta_max, abs=2e-6)
+    assert compensated[[0, 90, -1]] == pytest.approx(0.006, abs=1e-9)
+    assert np.allclose(compensated, compensated[::-1], atol=1e-9)
+
+
+def test_a_drive_without_rated_torque_is_told_to_be_a_guess(plain: DesignRecord) -> None:
+    from cycloid_profile.design.summary import summary
+
+    figures = summary(plain)
+    assert figures["rated_torque_assumed"] is True
+    assert figures["rated_torque_nm"] > 0.0
+    assert figures["compensated"] == figures["conventional"]
+    assert figures["compensation"]["applied"] is False
+
+
+def test_printed_drive_of_the_catalogue_is_sound() -> None:
+    assert design_disc(catalog_drive("printed_11")).failures == ()
