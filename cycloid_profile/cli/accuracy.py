@@ -7,6 +7,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from cycloid_profile.cli.options import Json
 from cycloid_profile.cli.terminal import default_folder, print_json, print_table, progress, warn
 
 
@@ -17,7 +18,7 @@ def accuracy(
     out: Annotated[
         Path | None, Parameter(help="Folder for the picture, default exports/NAME of the spec file.")
     ] = None,
-    json: Annotated[bool, Parameter(negative=(), help="Print the numbers as one JSON object.")] = False,
+    json: Json = False,
 ) -> int:
     """Predict backlash, lost motion, torsional rigidity and transmission error, and draw them.
 

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
-from cyclopts import Parameter
-
+from cycloid_profile.cli.options import Json, OutFolder
 from cycloid_profile.cli.terminal import default_folder, print_json, print_table, progress, warn
 
 
@@ -14,8 +12,8 @@ def build(
     spec: Path,
     /,
     *,
-    out: Annotated[Path | None, Parameter(help="Output folder, default exports/NAME of the spec file.")] = None,
-    json: Annotated[bool, Parameter(negative=(), help="Print the numbers as one JSON object.")] = False,
+    out: OutFolder = None,
+    json: Json = False,
 ) -> int:
     """Compute the tooth, compensate it, and write all files, pictures and the report.
 

@@ -8,6 +8,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from cycloid_profile.cli.options import Json
 from cycloid_profile.cli.terminal import print_json, print_table
 
 
@@ -16,7 +17,7 @@ def catalog(
     /,
     *,
     out: Annotated[Path | None, Parameter(help="Write the drive as a spec file, with its JSON Schema beside.")] = None,
-    json: Annotated[bool, Parameter(negative=(), help="Print as one JSON object.")] = False,
+    json: Json = False,
 ) -> int:
     """List the published drives, or print one as a spec file with its source.
 

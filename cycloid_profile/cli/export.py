@@ -7,6 +7,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from cycloid_profile.cli.options import Json, OutFolder
 from cycloid_profile.cli.terminal import default_folder, print_json, print_table, progress, warn
 from cycloid_profile.spec.model import Format
 
@@ -16,11 +17,14 @@ def export(
     /,
     *,
     format: Annotated[
-        tuple[Format, ...], Parameter(help="Formats to write, default those of the spec.", consume_multiple=True)
+        tuple[Format, ...],
+        Parameter(
+            help="Formats to write, default those of the spec.", consume_multiple=True, negative=(), show_default=False
+        ),
     ] = (),
-    out: Annotated[Path | None, Parameter(help="Output folder, default exports/NAME of the spec file.")] = None,
+    out: OutFolder = None,
     list: Annotated[bool, Parameter(negative=(), help="Show what would be written, write nothing.")] = False,
-    json: Annotated[bool, Parameter(negative=(), help="Print the result as one JSON object.")] = False,
+    json: Json = False,
 ) -> int:
     """Write the chosen formats, read each back and print its measured error.
 

@@ -29,7 +29,7 @@ def application() -> App:
         version_flags=["--version"],
     )
     for command in (build, accuracy, export, catalog):
-        app.command(command)
+        app.command(command, help_epilogue="")
     return app
 
 

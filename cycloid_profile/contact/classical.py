@@ -6,6 +6,7 @@ Kept as the reference that articles and textbooks use; ``equilibrium`` is the ac
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,33 +36,13 @@ class Classical:
         reach = trochoid.lever_function(psi)
         lever = trochoid.longest_lever * reach
         gap = take_up_gap(case, psi)
-        disc_torque = case.disc_share * abs(case.torque)
         contact = _critical_contact(case)
 
-        force = _first_estimate(case)
-        least_force = 1e-9 * force
-        # The carried moment rises with the force, so the answer stays between these two.
-        too_low, too_high = 0.0, math.inf
-        history: list[tuple[float, float]] = []
-        status, residual = Status.NOT_CONVERGED, math.inf
-        delta = float(case.law.approach(force, contact))
-        for _ in range(self.max_iterations):
-            history.append((force, delta))
-            moment = force * float(np.sum(lever * np.maximum(delta * reach - gap, 0.0))) / delta
-            last, residual = residual, abs(moment / disc_torque - 1.0)
-            if residual < self.tolerance:
-                status = Status.CONVERGED
-                break
-            if moment < disc_torque:
-                too_low = force
-            else:
-                too_high = force
-            if too_high < least_force:
-                break  # overlapping pins alone carry more than the torque
-            published = force * disc_torque / moment if moment > 0.0 and residual < 0.5 * last else math.inf
-            force = _inside(published, too_low, too_high)
-            delta = float(case.law.approach(force, contact))
+        def carried(force: float, delta: float) -> float:
+            return force * float(np.sum(lever * np.maximum(delta * reach - gap, 0.0))) / delta
 
+        history, status, residual = self._iterate(case, contact, carried)
+        force, delta = history[-1]
         if _overlaps(case):
             status = Status.INTERFERENCE
         approach = np.maximum(delta * reach - gap, 0.0)
@@ -82,6 +63,34 @@ class Classical:
             residual=residual,
             history=tuple(history),
         )
+
+    def _iterate(
+        self, case: LoadCase, contact: LineContact, carried: Callable[[float, float], float]
+    ) -> tuple[list[tuple[float, float]], Status, float]:
+        """Pairs (F_max, δmax) until the ``carried`` moment is the disc's torque; how it ended; relative error."""
+        disc_torque = case.disc_share * abs(case.torque)
+        force = _first_estimate(case)
+        least_force = 1e-9 * force
+        # The carried moment rises with the force, so the answer stays between these two.
+        too_low, too_high = 0.0, math.inf
+        history: list[tuple[float, float]] = []
+        residual = math.inf
+        for _ in range(self.max_iterations):
+            delta = float(case.law.approach(force, contact))
+            history.append((force, delta))
+            moment = carried(force, delta)
+            last, residual = residual, abs(moment / disc_torque - 1.0)
+            if residual < self.tolerance:
+                return history, Status.CONVERGED, residual
+            if moment < disc_torque:
+                too_low = force
+            else:
+                too_high = force
+            if too_high < least_force:
+                break  # overlapping pins alone carry more than the torque
+            published = force * disc_torque / moment if moment > 0.0 and residual < 0.5 * last else math.inf
+            force = _inside(published, too_low, too_high)
+        return history, Status.NOT_CONVERGED, residual
 
 
 def _overlaps(case: LoadCase) -> bool:

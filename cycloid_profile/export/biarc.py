@@ -8,14 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from cycloid_profile.arrays import ComplexArray, FloatArray
-from cycloid_profile.errors import ExportError
-from cycloid_profile.export.deviation import distances
+from cycloid_profile.export.refine import refined
 from cycloid_profile.geometry.profile import ToothPoints, ToothProfile
 from cycloid_profile.geometry.sampling import piece_side, smooth_pieces
 
 _FINE = 4096
 _CHECKS_PER_ARC = 5
-_LARGEST_COUNT = 2000
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,18 +72,7 @@ def disc_arcs(profile: ToothProfile, tolerance: float) -> Arcs:
 
 
 def _fit(profile: ToothProfile, a: float, b: float, tolerance: float) -> Arcs:
-    count = 6
-    while count <= _LARGEST_COUNT:
-        arcs = _through(profile, a, b, count)
-        if float(np.max(np.abs(distances(profile, arcs.points())))) <= tolerance:
-            return arcs
-        count = math.ceil(1.1 * count)
-    raise ExportError(
-        "arc tolerance",
-        f"{tolerance * 1e6:g} nm",
-        f"needs more than {2 * _LARGEST_COUNT} arcs a piece",
-        "raise export.chord_tolerance_um",
-    )
+    return refined(profile, tolerance, lambda count: _through(profile, a, b, count), Arcs.points)
 
 
 def _through(profile: ToothProfile, a: float, b: float, count: int) -> Arcs:

@@ -13,14 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from cycloid_profile.arrays import ComplexArray, FloatArray
-from cycloid_profile.errors import ExportError
-from cycloid_profile.export.deviation import distances
+from cycloid_profile.export.refine import refined
 from cycloid_profile.geometry.profile import ToothPoints, ToothProfile
 from cycloid_profile.geometry.sampling import piece_side, smooth_pieces
 
 _SPACING_EXPONENT = 0.6
 _FINE = 4096
-_LARGEST_COUNT = 2000
 _CHECKS_PER_SPAN = 7
 _DECIMALS = 9
 
@@ -99,18 +97,7 @@ def joined(pieces: tuple[SplinePiece, ...]) -> SplinePiece:
 
 
 def _fit(profile: ToothProfile, a: float, b: float, degree: int, tolerance: float) -> SplinePiece:
-    count = 10
-    while count <= _LARGEST_COUNT:
-        piece = _interpolate(profile, a, b, degree, count)
-        if float(np.max(np.abs(distances(profile, piece.dense())))) <= tolerance:
-            return piece
-        count = math.ceil(1.15 * count)
-    raise ExportError(
-        "spline tolerance",
-        f"{tolerance * 1e6:g} nm",
-        f"needs more than {_LARGEST_COUNT} nodes a piece",
-        "raise export.chord_tolerance_um",
-    )
+    return refined(profile, tolerance, lambda count: _interpolate(profile, a, b, degree, count), SplinePiece.dense)
 
 
 def _interpolate(profile: ToothProfile, a: float, b: float, degree: int, count: int) -> SplinePiece:
