@@ -54,8 +54,11 @@ class Accuracy:
         return row
 
 
-def accuracy(case: LoadCase, poses: int = 24) -> Accuracy:
-    """Load the drive from −100 % to +100 % of ``case.torque`` at ``poses`` poses of a mesh cycle."""
+def accuracy(case: LoadCase, poses: int = 48) -> Accuracy:
+    """Load the drive from −100 % to +100 % of ``case.torque`` at ``poses`` poses of a mesh cycle.
+
+    The peak-to-peak transmission error has kinks; on an RV-40E 48 poses miss 1.4 % of it, 24 poses 5.7 %.
+    """
     crank_angle = mesh_cycle(case.drive.trochoid, poses)
     torque = np.array(LOAD_SHARES) * abs(case.torque)
     states = [reducer_equilibrium(replace(case, torque=float(t)), crank_angle) for t in torque]
