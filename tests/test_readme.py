@@ -44,7 +44,7 @@ def test_counts_in_the_exports_page(files: dict[str, Any]) -> None:
     assert numbers == {
         files["profile.csv"]["entities"]["points"],
         files["profile.dxf"]["entities"]["control_points"],
-        arcs["G1"] + arcs["G2"] + arcs["G3"] - 2,  # without lead-in and lead-out
+        arcs["G2"] + arcs["G3"] - 2,  # without lead-in and lead-out
         files["cmm_nominal.csv"]["entities"]["points"],
     }
 

@@ -29,10 +29,10 @@ def accuracy(
     spec
         Spec file (TOML).
     """
-    from cycloid_profile.cli.figures import accuracy_rows
+    from cycloid_profile.cli.figures import accuracy_rows, remarks
     from cycloid_profile.design.record import design_disc
     from cycloid_profile.design.summary import summary
-    from cycloid_profile.export.package import whole_or_nothing
+    from cycloid_profile.export.folder import whole_or_nothing
     from cycloid_profile.plot.accuracy import accuracy_plot
     from cycloid_profile.plot.style import save
     from cycloid_profile.report.build import PLOTS
@@ -51,6 +51,6 @@ def accuracy(
     else:
         print_table(f"{record.spec.name}: accuracy", ("", "conventional", "compensated"), accuracy_rows(figures))
         print(f"\npicture: {figures['picture']}")
-    for failure in record.failures:
+    for failure in (*remarks(figures), *record.failures):
         warn(failure)
     return 1 if record.failures else 0

@@ -24,7 +24,7 @@ def build(
     spec
         Spec file (TOML).
     """
-    from cycloid_profile.cli.figures import accuracy_rows, load_rows
+    from cycloid_profile.cli.figures import accuracy_rows, load_rows, remarks
     from cycloid_profile.design.record import design_disc
     from cycloid_profile.design.summary import summary
     from cycloid_profile.report.build import REPORT, build_package
@@ -40,8 +40,8 @@ def build(
     figures = summary(record) | {"out": str(folder), "skipped": skipped}
     for reason in skipped.values():
         warn(f"disc.step was not written: {reason}")
-    if figures["effects_not_simulated"]:
-        warn(f"kept in the spec but not simulated yet: {', '.join(figures['effects_not_simulated'])}")
+    for remark in remarks(figures):
+        warn(remark)
     if json:
         print_json(figures)
     else:

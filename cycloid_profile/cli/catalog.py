@@ -10,6 +10,7 @@ from cyclopts import Parameter
 
 from cycloid_profile.cli.options import Json
 from cycloid_profile.cli.terminal import print_json, print_table
+from cycloid_profile.errors import SpecError
 
 
 def catalog(
@@ -32,6 +33,8 @@ def catalog(
 
     from cycloid_profile.catalog.drives import catalog_drive, catalog_names, catalog_text
 
+    if name is None and out is not None:
+        raise SpecError("--out", f"'{out}'", "needs a drive", "name one of 'cycloid-profile catalog'", " ")
     if name is None:
         drives = {n: catalog_drive(n) for n in catalog_names()}
         if json:
@@ -56,7 +59,7 @@ def catalog(
 
 def _write(name: str, out: Path) -> None:
     from cycloid_profile.catalog.drives import catalog_text
-    from cycloid_profile.export.package import whole_or_nothing
+    from cycloid_profile.export.folder import whole_or_nothing
     from cycloid_profile.spec.schema import SCHEMA_FILE, spec_schema
 
     with whole_or_nothing(out.parent) as scratch:

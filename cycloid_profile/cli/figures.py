@@ -33,4 +33,15 @@ def load_rows(figures: dict[str, Any]) -> list[tuple[str, ...]]:
 
 def shown(value: float | None) -> str:
     """Four significant digits, a dash for no number."""
-    return "–" if value is None else f"{value:.4g}"
+    # Rounding errors of a perfect fit are shown as the zero they are.
+    return "–" if value is None else f"{0.0 if abs(value) < 1e-9 else value:.4g}"
+
+
+def remarks(figures: dict[str, Any]) -> list[str]:
+    """What a reader must know about the figures: assumed torque, effects left out."""
+    said = []
+    if figures["rated_torque_assumed"]:
+        said.append(f"load.rated_torque_nm is not given: {figures['rated_torque_nm']:.4g} N·m is assumed from the size")
+    if figures["effects_not_simulated"]:
+        said.append(f"kept in the spec but not simulated yet: {', '.join(figures['effects_not_simulated'])}")
+    return said

@@ -48,11 +48,13 @@ def run(tokens: Sequence[str] | None = None) -> int:
         return _refuse(str(error), error.exit_code)
     except BrokenPipeError:
         return 0
+    except OSError as error:
+        return _refuse(f"the result cannot be printed ({error.strerror})", 2)
     except KeyboardInterrupt:
         return _refuse("stopped by the keyboard, nothing was written", 130)
     return status if isinstance(status, int) else 0
 
 
 def _refuse(sentence: str, status: int) -> int:
-    print(f"cycloid-profile: {sentence}", file=sys.stderr)
+    print(f"cycloid-profile: {' '.join(sentence.split())}", file=sys.stderr)
     return status

@@ -17,7 +17,7 @@ from cycloid_profile.geometry.profile import ToothProfile
 _MAX_STEPS = 40
 _SETTLED = 1e-13  # rad
 # A pin near root or tip has almost no lever: turning cannot open or close its gap.
-_LEAST_REACH = 0.05
+LEAST_REACH = 0.05
 OVERLAP_TOLERANCE = 1e-5  # mm; 10 nm of overlap no ground tooth can show, and no drive binds by it
 
 
@@ -75,7 +75,7 @@ def first_touch(profile: ToothProfile, pin_radius: float, meshing: Meshing, dire
     """
     rotation = np.zeros(meshing.phase.shape[:-1])
     settled = False
-    least_lever = _LEAST_REACH * profile.trochoid.longest_lever
+    least_lever = LEAST_REACH * profile.trochoid.longest_lever
     for _ in range(_MAX_STEPS):
         found = gaps(profile, pin_radius, meshing, rotation=rotation)
         arm = direction * found.lever

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cycloid_profile.arrays import ArrayLike, BoolArray, FloatArray
+from cycloid_profile.contact.backlash import LEAST_REACH
 from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.contact.gap import Gaps, gaps
 from cycloid_profile.contact.hertz import LineContact
@@ -20,10 +21,9 @@ from cycloid_profile.contact.meshing import Meshing, mesh
 from cycloid_profile.contact.sharing import Status
 from cycloid_profile.contact.support import SupportModel, support_model
 
-_REFRESHES = 12
+_REFRESHES = 40
 _NEWTON_STEPS = 60
 _TOUCH_STEPS = 40
-_LEAST_REACH = 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +82,9 @@ def reducer_equilibrium(case: LoadCase, crank_angle: ArrayLike, tolerance: float
         linear = _linearise(case, meshing, support, u)
         gradient, force = _unbalanced(case, linear, springs, load, u, np.zeros_like(u))
         residual = np.max(np.abs(gradient) * support.arm, axis=-1) / abs(case.torque)
-        if float(np.max(residual)) < tolerance:
+        lost = float(np.max(np.abs(u / support.arm))) > 1.0
+        if lost or float(np.max(residual)) < tolerance:
+            # A turn by a radian or a shift by the pin circle's radius is no small motion: the solve is lost.
             break
         u = u + _newton(case, linear, springs, load, u, support.arm, 0.1 * tolerance)
     motion = np.einsum("pdiu,pu->pdi", support.disc_motion, u)
@@ -113,7 +115,7 @@ def _rigid_touch(case: LoadCase, meshing: Meshing, support: SupportModel) -> tup
         motion = np.einsum("pdiu,pu->pdi", support.disc_motion, u)
         found = _gaps_at(case, meshing, motion)
         arm = direction * np.einsum("pdku,pu->pdk", _pin_jacobian(found, support), support.rigid_motion)
-        least = _LEAST_REACH * case.drive.trochoid.longest_lever
+        least = LEAST_REACH * case.drive.trochoid.longest_lever
         reach = np.where(arm > least, found.gap / np.maximum(arm, least), np.inf)
         step = direction * np.min(reach, axis=(1, 2))
         u = u + support.rigid_motion * step[:, np.newaxis]

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 from cycloid_profile.contact.backlash import Backlash
-from cycloid_profile.geometry.curvature import least_radii
 from cycloid_profile.geometry.drive import Drive
 from cycloid_profile.geometry.outline import DiscOutline, least_web
-from cycloid_profile.geometry.profile import undercut_limit
 from cycloid_profile.units import ARCMIN
 
 THIN_WEB = 1.0  # mm
@@ -41,7 +38,6 @@ def design_checks(drive: Drive, outline: DiscOutline, backlash: Backlash) -> tup
     profile = outline.profile
     nominal_gap = drive.trochoid.pin_circle_radius - profile.trochoid.pin_circle_radius
     clearance = profile.pin_radius - drive.pin_radius + nominal_gap
-    radii = least_radii(profile)
     web, place = least_web(outline)
     return (
         Check(
@@ -59,21 +55,6 @@ def design_checks(drive: Drive, outline: DiscOutline, backlash: Backlash) -> tup
             "root and tip would press on the pins, raise equidistant_um + radial_moving_um",
         ),
         Check(
-            "generating pin radius",
-            profile.pin_radius < undercut_limit(profile.trochoid),
-            f"{profile.pin_radius:.4f} mm",
-            f"below {undercut_limit(profile.trochoid):.4f} mm",
-            "the tooth would be undercut, take thinner pins or a smaller eccentricity",
-        ),
-        Check(
-            "least concave radius",
-            radii.concave > 0.0,
-            _radius(radii.concave),
-            "above the grinding wheel's radius",
-            "dress a smaller wheel",
-            severe=False,
-        ),
-        Check(
             f"thinnest web ({place})",
             web >= THIN_WEB,
             f"{web:.3f} mm",
@@ -82,7 +63,3 @@ def design_checks(drive: Drive, outline: DiscOutline, backlash: Backlash) -> tup
             severe=False,
         ),
     )
-
-
-def _radius(radius: float) -> str:
-    return "none" if math.isinf(radius) else f"{radius:.4f} mm"

@@ -8,7 +8,7 @@ from cycloid_profile.compensation.fixed_point import Compensation, compensate, c
 from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.contact.classical import Classical
 from cycloid_profile.contact.equilibrium import Equilibrium
-from cycloid_profile.contact.sharing import LoadSharing
+from cycloid_profile.contact.sharing import LoadSharing, Status
 from cycloid_profile.design.accuracy import Accuracy, accuracy
 from cycloid_profile.design.checks import Check, design_checks
 from cycloid_profile.design.from_spec import (
@@ -24,6 +24,8 @@ from cycloid_profile.geometry.outline import DiscOutline
 from cycloid_profile.geometry.profile import ToothProfile
 from cycloid_profile.spec.model import Spec
 from cycloid_profile.units import UM
+
+_LARGEST_DELTA_UM = 1000.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +54,22 @@ class DesignRecord:
     def failures(self) -> tuple[str, ...]:
         """Why the disc cannot work as asked, one sentence each; empty for a sound design."""
         refused = (self.refusal,) if self.refusal else ()
-        return (*refused, *(check.sentence for check in self.checks if check.severe and not check.passed))
+        checks = (check.sentence for check in self.checks if check.severe and not check.passed)
+        return (*refused, *self._unsolved(), *checks)
+
+    def _unsolved(self) -> list[str]:
+        """Solves that ended without an answer."""
+        said = [
+            f"load sharing ({sharing.solver}) ended with '{sharing.status.value}'"
+            for sharing in (self.classical, self.equilibrium)
+            if sharing.status is not Status.CONVERGED
+        ]
+        if not (self.conventional_accuracy.converged and self.compensated_accuracy.converged):
+            said.append(
+                "the equilibrium of the whole drive was not found at every pose and load: "
+                "check torque, bearing stiffness and material"
+            )
+        return said
 
 
 def design_disc(spec: Spec) -> DesignRecord:
@@ -93,9 +110,12 @@ def _compensation(spec: Spec, case: LoadCase) -> tuple[Compensation | None, str 
     wanted = spec.modification.deformation_compensation
     if wanted is False or wanted == 0.0:
         return None, None
-    if wanted is not True and wanted < 0.0:
+    if wanted is not True and not 0.0 < wanted <= _LARGEST_DELTA_UM:
         raise SpecError(
-            "modification.deformation_compensation", wanted, "is negative", "give delta_max as a positive amount in µm"
+            "modification.deformation_compensation",
+            f"{wanted:.6g}",
+            f"is outside 0 to {_LARGEST_DELTA_UM:g}",
+            "give delta_max as a positive amount in µm",
         )
     try:
         if wanted is True:

@@ -17,7 +17,7 @@ from cycloid_profile.units import ARCMIN, ARCSEC, NEWTON_METRE, UM
 def summary(record: DesignRecord) -> dict[str, Any]:
     """All key figures of ``record``; a number that does not exist is None."""
     trochoid, profile, spec = record.drive.trochoid, record.profile, record.spec
-    radii = least_radii(record.drive.theoretical_profile)
+    radii, ground = least_radii(record.drive.theoretical_profile), least_radii(profile)
     compensation = record.compensation
     return {
         "schema": 1,
@@ -31,6 +31,8 @@ def summary(record: DesignRecord) -> dict[str, Any]:
         "undercut_limit_mm": _finite(undercut_limit(trochoid)),
         "least_convex_radius_mm": _finite(radii.convex),
         "least_concave_radius_mm": _finite(radii.concave),
+        "largest_wheel_radius_mm": _finite(ground.concave),
+        "corner_mrad": 1e3 * ground.largest_corner,
         "radial_clearance_um": _radial_clearance_um(record),
         "generating_pin_radius_mm": profile.pin_radius,
         "generating_pin_circle_radius_mm": profile.trochoid.pin_circle_radius,

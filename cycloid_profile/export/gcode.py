@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,11 +12,13 @@ import numpy as np
 from cycloid_profile.design.record import DesignRecord
 from cycloid_profile.export.biarc import Arcs, disc_arcs
 from cycloid_profile.export.deviation import deviation
+from cycloid_profile.export.text import plain_name
 from cycloid_profile.export.written import WrittenFile
 from cycloid_profile.units import UM
 
 DECIMALS = 5
-ROUNDING = 0.5 * 10.0**-DECIMALS
+# Ends and centres are rounded, each by up to half a unit in x and in y.
+ROUNDING = math.sqrt(2.0) * 10.0**-DECIMALS
 _FIT_SHARE = 0.8
 _LEAD_RADIUS = 3.0  # mm
 _STRAIGHT = 1e-4  # 1/mm; flatter arcs are written as lines while they stay within a tenth of the tolerance
@@ -36,8 +39,8 @@ class GcodeExporter:
         path = folder / self.filename
         path.write_text("\n".join(_program(record, arcs, tolerance)) + "\n", encoding="ascii", newline="\n")
         contour, counts = read_gcode(path)
-        # The lead-in is the first arc read, the lead-out the last.
-        inner = Arcs(contour.ends[1:-1], contour.bend[1:-1])
+        # Lead-in and lead-out are a line and an arc each.
+        inner = Arcs(contour.ends[2:-2], contour.bend[2:-2])
         return WrittenFile(
             self.filename,
             self.format,
@@ -60,7 +63,7 @@ def read_gcode(path: Path) -> tuple[Arcs, dict[str, int]]:
         if "X" not in words and "Y" not in words:
             continue
         there = complex(float(words.get("X", here.real)), float(words.get("Y", here.imag)))
-        if move in ("G2", "G3") or (move == "G1" and ends):
+        if move in counts:
             ends = ends or [here]
             ends.append(there)
             radius = abs(complex(float(words.get("I", 0)), float(words.get("J", 0))))
@@ -85,18 +88,20 @@ def _program(record: DesignRecord, arcs: Arcs, tolerance: float) -> list[str]:
     # Quarter circles that meet the tip tangentially: the path runs clockwise, −i·outward.
     approach = start + _LEAD_RADIUS * (outward + 1j * outward)
     leave = start + _LEAD_RADIUS * (outward - 1j * outward)
+    far_in, far_out = approach + _LEAD_RADIUS * outward, leave + _LEAD_RADIUS * outward
     lead_centre = start + _LEAD_RADIUS * outward
     feed = record.spec.export.feed_mm_per_min
-    name = re.sub(r"[^A-Za-z0-9 ._-]", "?", record.spec.name)
     lines = [
         "%",
-        f"(PROFILE OF {name.upper()})",
+        f"(PROFILE OF {plain_name(record.spec.name).upper()})",
         "(PATH IS THE TOOTH CURVE ITSELF: NO WHEEL RADIUS IS ALLOWED FOR)",
         "(X Y IN MM FROM THE BORE AXIS, TOOTH ROOT 1 ON THE X AXIS, CLOCKWISE)",
         f"(ARCS WITHIN {tolerance / UM:.3f} MICROMETRE, {DECIMALS} DECIMALS)",
         "G17 G21 G40 G90 G91.1 G94",
-        f"G0 X{_n(approach.real)} Y{_n(approach.imag)}",
-        f"F{feed:g}",
+        f"G0 X{_n(far_in.real)} Y{_n(far_in.imag)}",
+        f"F{f'{feed:.3f}'.rstrip('0').rstrip('.')}",
+        # A straight first move, because many controls refuse to start a radius compensation on an arc.
+        f"G1 X{_n(approach.real)} Y{_n(approach.imag)}",
     ]
     here = _rounded(approach)
     # The lead-in turns left onto the tip, seen from outside the disc.
@@ -110,6 +115,7 @@ def _program(record: DesignRecord, arcs: Arcs, tolerance: float) -> list[str]:
             lines.append(_arc("G2" if bend < 0.0 else "G3", here, end, centre))
         here = _rounded(end)
     lines.append(_arc("G3", here, leave, lead_centre))
+    lines.append(f"G1 X{_n(far_out.real)} Y{_n(far_out.imag)}")
     return [*lines, "M30", "%"]
 
 

@@ -13,6 +13,7 @@ from cycloid_profile.design.record import DesignRecord
 from cycloid_profile.errors import ExportError
 from cycloid_profile.export.deviation import deviation
 from cycloid_profile.export.spline import SplinePiece, disc_splines
+from cycloid_profile.export.text import plain_name
 from cycloid_profile.export.written import WrittenFile
 from cycloid_profile.geometry.outline import DiscOutline
 from cycloid_profile.units import UM
@@ -43,7 +44,7 @@ class StepExporter:
         tolerance = record.spec.export.chord_tolerance_um * UM
         pieces = disc_splines(record.profile, _DEGREE, _FIT_SHARE * tolerance)
         solid = _solid(cad, record.outline, pieces, record.drive.disc_width)
-        solid.label = f"{record.spec.name} disc"
+        solid.label = plain_name(record.spec.name)
         path = folder / self.filename
         cad.export_step(solid, path, write_pcurves=False, timestamp=_TIMESTAMP)
         return self._read_back(cad, record, path, tolerance)

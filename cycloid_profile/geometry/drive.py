@@ -105,7 +105,7 @@ class Drive:
         if self.pin_radius >= room:
             raise GeometryError(
                 "pin_radius",
-                f"{self.pin_radius:.4f} mm",
+                f"{self.pin_radius:.7g} mm",
                 f"makes neighbouring pins overlap, the limit is {room:.4f} mm",
                 "take thinner or fewer pins, or a larger pin circle",
             )

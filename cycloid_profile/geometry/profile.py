@@ -70,7 +70,7 @@ class ToothProfile:
         if not (math.isfinite(self.pin_radius) and self.pin_radius > 0.0):
             raise GeometryError(
                 "pin_radius",
-                f"{self.pin_radius} mm",
+                f"{self.pin_radius:.7g} mm",
                 "is not a positive length",
                 "give a pin radius above zero, and an equidistant modification smaller than it",
             )
@@ -78,7 +78,7 @@ class ToothProfile:
         if self.pin_radius >= limit:
             raise GeometryError(
                 "pin_radius",
-                f"{self.pin_radius:.4f} mm",
+                f"{self.pin_radius:.7g} mm",
                 f"is not below the undercut limit {limit:.4f} mm",
                 "take thinner pins or a smaller eccentricity",
             )

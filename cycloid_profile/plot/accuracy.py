@@ -9,7 +9,7 @@ import numpy as np
 from cycloid_profile.contact.backlash import input_locked_factor
 from cycloid_profile.design.accuracy import LOAD_SHARES
 from cycloid_profile.design.record import DesignRecord
-from cycloid_profile.plot.style import COMPENSATED, CONVENTIONAL, GREY, new_figure, style
+from cycloid_profile.plot.style import COMPENSATED, CONVENTIONAL, GREY, new_figure, plain, style
 from cycloid_profile.units import ARCMIN, ARCSEC, NEWTON_METRE
 
 if TYPE_CHECKING:
@@ -60,5 +60,5 @@ def accuracy_plot(record: DesignRecord) -> Figure:
         low, high = right.get_ylim()
         right.set_ylim(low, high + 0.3 * (high - low))
         right.legend(loc="upper left", fontsize=9)
-        figure.suptitle(f"{record.spec.name}: mesh and crank bearings only")
+        figure.suptitle(f"{plain(record.spec.name)}: mesh and crank bearings only")
     return figure

@@ -11,7 +11,7 @@ from cycloid_profile.arrays import FloatArray
 from cycloid_profile.design.record import DesignRecord
 from cycloid_profile.export.deviation import distances
 from cycloid_profile.geometry.profile import ToothProfile
-from cycloid_profile.plot.style import COMPENSATED, CONVENTIONAL, THEORY, new_figure, phase_axis, style
+from cycloid_profile.plot.style import COMPENSATED, CONVENTIONAL, THEORY, new_figure, phase_axis, plain, style
 from cycloid_profile.units import DEGREE, UM
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ def profile_comparison(record: DesignRecord) -> Figure:
         unrolled.set_title("unrolled")
         unrolled.legend(loc="upper left")
         _draw_lobe(lobe, record, psi, curves)
-        figure.suptitle(f"{record.spec.name}: tooth against theory")
+        figure.suptitle(f"{plain(record.spec.name)}: tooth against theory")
     return figure
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.contact.sharing import LoadSharing
 from cycloid_profile.design.record import DesignRecord
-from cycloid_profile.plot.style import BLUE, GREY, ORANGE, new_figure, style
+from cycloid_profile.plot.style import BLUE, GREY, ORANGE, new_figure, plain, style
 from cycloid_profile.units import NM, UM
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def convergence(record: DesignRecord) -> Figure:
         left.minorticks_off()
         left.legend(loc="upper right")
         _rounds(right, record)
-        figure.suptitle(f"{record.spec.name}: convergence")
+        figure.suptitle(f"{plain(record.spec.name)}: convergence")
     return figure
 
 

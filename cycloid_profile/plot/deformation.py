@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cycloid_profile.design.record import DesignRecord
-from cycloid_profile.plot.style import BLUE, GREY, ORANGE, new_figure, phase_axis, style
+from cycloid_profile.plot.style import BLUE, GREY, ORANGE, new_figure, phase_axis, plain, style
 from cycloid_profile.units import DEGREE, UM
 
 if TYPE_CHECKING:
@@ -50,6 +50,6 @@ def deformation(record: DesignRecord) -> Figure:
         phase_axis(ax)
         ax.set_ylim(0.0, 1.38 * delta_max / UM)
         ax.set_ylabel("deformation along the normal [µm]")
-        ax.set_title(f"{record.spec.name}: deformation at {record.case.torque / 1e3:.4g} N·m")
+        ax.set_title(f"{plain(record.spec.name)}: deformation at {record.case.torque / 1e3:.4g} N·m")
         ax.legend(loc="upper right")
     return figure

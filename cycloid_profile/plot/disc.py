@@ -8,7 +8,7 @@ import numpy as np
 
 from cycloid_profile.design.record import DesignRecord
 from cycloid_profile.geometry.sampling import EqualArc, sample
-from cycloid_profile.plot.style import BLACK, GREY, new_figure, style
+from cycloid_profile.plot.style import BLACK, GREY, new_figure, plain, style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -61,7 +61,7 @@ def disc_in_pins(record: DesignRecord) -> Figure:
         ax.set(xlim=(-reach, reach), ylim=(-reach, reach), xlabel="x [mm]", ylabel="y [mm]")
         ax.grid(visible=False)
         ax.set_title(
-            f"{record.spec.name}: {trochoid.lobes} lobes in {trochoid.pins} pins, "
+            f"{plain(record.spec.name)}: {trochoid.lobes} lobes in {trochoid.pins} pins, "
             f"{record.case.torque / 1e3:.4g} N·m, one disc of {drive.discs}"
         )
     return figure

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cycloid_profile.design.record import DesignRecord
-from cycloid_profile.plot.style import BLUE, ORANGE, new_figure, phase_axis, style
+from cycloid_profile.plot.style import BLUE, ORANGE, new_figure, phase_axis, plain, style
 from cycloid_profile.units import DEGREE, UM
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ def gap_and_force(record: DesignRecord) -> Figure:
         top.bar(exact_psi + 0.5 * width, equilibrium.gap[0][loaded] / UM, width, color=ORANGE, label="exact")
         top.set_ylabel("gap when the first pin touches [µm]")
         top.legend(loc="upper center")
-        top.set_title(f"{record.spec.name}: pins of the loaded flank, conventional tooth")
+        top.set_title(f"{plain(record.spec.name)}: pins of the loaded flank, conventional tooth")
         bottom.bar(
             psi - 0.5 * width,
             classical.force[0],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from io import BytesIO
@@ -39,6 +40,11 @@ _PIXELS_PER_INCH = 110
 _PNG_COLOURS = 96
 
 
+def plain(text: str) -> str:
+    """Text in which a dollar sign is a dollar sign, not the start of a formula."""
+    return text.replace("$", r"\$")
+
+
 @contextmanager
 def style() -> Iterator[None]:
     """Matplotlib settings of this package, put back afterwards."""
@@ -58,7 +64,9 @@ def new_figure(width: float = 8.0, height: float = 5.0) -> Figure:
 def save(figure: Figure, folder: Path, name: str) -> tuple[Path, Path]:
     """Write ``name.png`` and ``name.svg``; the same figure gives the same bytes."""
     png, svg = folder / f"{name}.png", folder / f"{name}.svg"
-    with style():
+    with style(), warnings.catch_warnings():
+        # A name in another script shows as boxes in the PNG only; the SVG and the report keep its letters.
+        warnings.filterwarnings("ignore", message="Glyph .* missing from font")
         _save_png(figure, png)
         figure.savefig(svg, metadata={"Date": None, "Creator": None})
     return png, svg

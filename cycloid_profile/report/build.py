@@ -6,8 +6,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from cycloid_profile.design.record import DesignRecord
-from cycloid_profile.export.package import exporter_for, whole_or_nothing, write_manifest
-from cycloid_profile.export.step import CadKernelMissing
+from cycloid_profile.export.folder import whole_or_nothing
+from cycloid_profile.export.formats import write_formats
+from cycloid_profile.export.manifest import manifest_entry, untouched_entries, write_manifest
 from cycloid_profile.export.written import WrittenFile
 from cycloid_profile.plot.gallery import PICTURES
 from cycloid_profile.plot.style import save
@@ -22,15 +23,18 @@ def build_package(
 ) -> dict[str, str]:
     """Write the formats of the spec, all pictures, ``report.html`` and ``manifest.json`` into ``folder``.
 
-    Files appear whole or not at all. ``progress`` is told of each step. Returns the formats that could not
-    be written, with the reason: STEP where the CAD kernel is missing.
+    Files appear whole or not at all. What an earlier manifest in ``folder`` lists and this one does not is
+    removed, if it is still as it was written: an old disc must not lie beside a new report. ``progress`` is
+    told of each step. Returns the formats that could not be written, with the reason: STEP where the CAD
+    kernel is missing.
 
     Raises
     ------
     ExportError
-        If the folder cannot be written to, or a file does not read back.
+        If the folder cannot be written to, or a file does not read back as promised.
     """
     folder = Path(folder)
+    earlier = {entry["path"] for entry in untouched_entries(folder)}
     with whole_or_nothing(folder) as scratch:
         written, skipped = write_formats(record, record.spec.export.formats, scratch, progress)
         (scratch / PLOTS).mkdir()
@@ -42,21 +46,9 @@ def build_package(
         progress("writing the report")
         html = design_report(record, written, skipped, scratch / PLOTS)
         (scratch / REPORT).write_text(html, encoding="utf-8", newline="\n")
-        write_manifest(record, [*written, *pictures, WrittenFile(REPORT, "html")], skipped, scratch)
+        everything = [*written, *pictures, WrittenFile(REPORT, "html")]
+        entries = [manifest_entry(file, record.spec, scratch) for file in everything]
+        write_manifest(record.spec.name, entries, skipped, scratch)
+    for path in earlier - {entry["path"] for entry in entries}:
+        (folder / path).unlink(missing_ok=True)
     return skipped
-
-
-def write_formats(
-    record: DesignRecord, formats: tuple[str, ...], folder: Path, progress: Callable[[str], None] = lambda _: None
-) -> tuple[list[WrittenFile], dict[str, str]]:
-    """Write some formats into ``folder``; returns what was written, and what was skipped with the reason."""
-    written: list[WrittenFile] = []
-    skipped: dict[str, str] = {}
-    for name in dict.fromkeys(formats):
-        exporter = exporter_for(name)
-        progress(f"writing {exporter.filename}")
-        try:
-            written.append(exporter.write(record, folder))
-        except CadKernelMissing as missing:
-            skipped[name] = str(missing)
-    return written, skipped

@@ -45,7 +45,7 @@ def _row(file: WrittenFile) -> dict[str, Any]:
 
 def _figures(value: float | None, digits: int = 4) -> str:
     """A number with ``digits`` significant digits, a dash where there is none."""
-    return "–" if value is None else f"{value:.{digits}g}"
+    return "–" if value is None else f"{0.0 if abs(value) < 1e-9 else value:.{digits}g}"
 
 
 def _inline(svg: Path, prefix: str) -> str:

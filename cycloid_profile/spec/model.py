@@ -16,7 +16,10 @@ def _key(description: str, remedy: str, **limits: Any) -> Meta:
     return Meta(description=description, extra={"remedy": remedy}, **limits)
 
 
-_LENGTH = "give a length above zero"
+_LENGTH = "give a length above zero in mm"
+_SIZE = {"ge": 1e-3, "le": 1e4}  # mm
+_STIFFNESS = {"ge": 1.0, "le": 1e12}  # N/mm
+_AMOUNTS = {"ge": -1e4, "le": 1e4}  # µm
 _AMOUNT = "give an amount in µm, positive removes material"
 
 Format = Literal["csv", "dxf", "step", "gcode", "cmm"]
@@ -30,10 +33,10 @@ class Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
 class CranksSpec(Table, frozen=True):
     """Crank shafts of an RV reducer. Without this table one central eccentric carries the discs."""
 
-    count: Annotated[int, _key("Number of crank shafts.", "give 2 or 3 crank shafts", ge=2)]
-    circle_radius_mm: Annotated[float, _key("Radius of the circle the crank shafts stand on [mm].", _LENGTH, gt=0)]
+    count: Annotated[int, _key("Number of crank shafts.", "give 2 or 3 crank shafts", ge=2, le=12)]
+    circle_radius_mm: Annotated[float, _key("Radius of the circle the crank shafts stand on [mm].", _LENGTH, **_SIZE)]
     bearing_stiffness_n_per_mm: Annotated[
-        float, _key("Radial stiffness of each crank bearing [N/mm].", "give a stiffness such as 4.0e5", gt=0)
+        float, _key("Radial stiffness of each crank bearing [N/mm].", "give a stiffness such as 4.0e5", **_STIFFNESS)
     ] = 4.0e5
 
 
@@ -41,28 +44,28 @@ class EccentricSpec(Table, frozen=True):
     """The central eccentric, where there are no crank shafts."""
 
     bearing_stiffness_n_per_mm: Annotated[
-        float, _key("Radial stiffness of the eccentric bearing [N/mm].", "give a stiffness such as 4.0e5", gt=0)
+        float, _key("Radial stiffness of the eccentric bearing [N/mm].", "give a stiffness such as 4.0e5", **_STIFFNESS)
     ] = 4.0e5
 
 
 class FirstStageSpec(Table, frozen=True):
     """Involute first stage. Without this table the eccentric is the input."""
 
-    sun_teeth: Annotated[int, _key("Teeth of the sun z1.", "give the number of teeth of the sun", ge=3)]
-    planet_teeth: Annotated[int, _key("Teeth of a planet z2.", "give the number of teeth of a planet", ge=3)]
-    module_mm: Annotated[float, _key("Module of the first stage [mm].", _LENGTH, gt=0)]
+    sun_teeth: Annotated[int, _key("Teeth of the sun z1.", "give the number of teeth of the sun", ge=3, le=1000)]
+    planet_teeth: Annotated[int, _key("Teeth of a planet z2.", "give the number of teeth of a planet", ge=3, le=1000)]
+    module_mm: Annotated[float, _key("Module of the first stage [mm].", _LENGTH, **_SIZE)]
 
 
 class DriveSpec(Table, frozen=True):
     """Pins, disc and how the disc is held."""
 
-    pins: Annotated[int, _key("Number of pins z_p; the disc has one lobe less.", "give at least 3 pins", ge=3)]
+    pins: Annotated[int, _key("Number of pins z_p; the disc has one lobe less.", "give 3 to 1000 pins", ge=3, le=1000)]
     pin_circle_radius_mm: Annotated[
-        float, _key("Radius of the circle through the pin centres r_p [mm].", _LENGTH, gt=0)
+        float, _key("Radius of the circle through the pin centres r_p [mm].", _LENGTH, **_SIZE)
     ]
-    pin_radius_mm: Annotated[float, _key("Radius of a pin r_rp [mm].", _LENGTH, gt=0)]
-    eccentricity_mm: Annotated[float, _key("Eccentricity a [mm].", _LENGTH, gt=0)]
-    disc_width_mm: Annotated[float, _key("Face width b of one disc [mm].", "give the face width of one disc", gt=0)]
+    pin_radius_mm: Annotated[float, _key("Radius of a pin r_rp [mm].", _LENGTH, **_SIZE)]
+    eccentricity_mm: Annotated[float, _key("Eccentricity a [mm].", _LENGTH, **_SIZE)]
+    disc_width_mm: Annotated[float, _key("Face width b of one disc [mm].", "give the face width of one disc", **_SIZE)]
     discs: Annotated[int, _key("Number of discs, evenly phased.", "give 1, 2 or 3 discs", ge=1, le=6)]
     cranks: CranksSpec | None = None
     eccentric: EccentricSpec = EccentricSpec()
@@ -72,7 +75,7 @@ class DriveSpec(Table, frozen=True):
 class MaterialSpec(Table, frozen=True):
     """Elastic constants of one body."""
 
-    youngs_modulus_gpa: Annotated[float, _key("Young's modulus [GPa].", "steel has 206", gt=0)] = 206.0
+    youngs_modulus_gpa: Annotated[float, _key("Young's modulus [GPa].", "steel has 206", ge=1e-3, le=1e4)] = 206.0
     poisson_ratio: Annotated[float, _key("Poisson's ratio.", "steel has 0.3", ge=0, lt=0.5)] = 0.3
 
 
@@ -88,7 +91,13 @@ class LoadSpec(Table, frozen=True):
 
     rated_torque_nm: (
         Annotated[
-            float, _key("Rated output torque [N·m]; estimated from the size if absent.", "give the rated torque", gt=0)
+            float,
+            _key(
+                "Rated output torque [N·m]; estimated from the size if absent.",
+                "give the rated torque",
+                ge=1e-6,
+                le=1e9,
+            ),
         ]
         | None
     ) = None
@@ -101,10 +110,15 @@ class LoadSpec(Table, frozen=True):
 class ModificationSpec(Table, frozen=True):
     """How the ground tooth differs from the theoretical one. Positive removes material."""
 
-    equidistant_um: Annotated[float, _key("Wheel radius larger than the pin by this much [µm].", _AMOUNT)] = 0.0
-    radial_moving_um: Annotated[float, _key("Pin circle of generation smaller by this much [µm].", _AMOUNT)] = 0.0
+    equidistant_um: Annotated[
+        float, _key("Wheel radius larger than the pin by this much [µm].", _AMOUNT, **_AMOUNTS)
+    ] = 0.0
+    radial_moving_um: Annotated[
+        float, _key("Pin circle of generation smaller by this much [µm].", _AMOUNT, **_AMOUNTS)
+    ] = 0.0
     rotation_arcmin: Annotated[
-        float, _key("Turn of each flank away from its pin [arc minutes].", "give an angle in arc minutes")
+        float,
+        _key("Turn of each flank away from its pin [arc minutes].", "give an angle in arc minutes", ge=-60, le=60),
     ] = 0.0
     deformation_compensation: Annotated[
         bool | float,
@@ -118,16 +132,16 @@ class ModificationSpec(Table, frozen=True):
 class HolesSpec(Table, frozen=True):
     """A ring of equal holes through the disc, such as those of the output pins."""
 
-    count: Annotated[int, _key("Number of holes.", "give at least 1 hole", ge=1)]
-    circle_radius_mm: Annotated[float, _key("Radius of the circle the holes stand on [mm].", _LENGTH, gt=0)]
-    radius_mm: Annotated[float, _key("Radius of a hole [mm].", _LENGTH, gt=0)]
+    count: Annotated[int, _key("Number of holes.", "give at least 1 hole", ge=1, le=100)]
+    circle_radius_mm: Annotated[float, _key("Radius of the circle the holes stand on [mm].", _LENGTH, **_SIZE)]
+    radius_mm: Annotated[float, _key("Radius of a hole [mm].", _LENGTH, **_SIZE)]
 
 
 class DiscSpec(Table, frozen=True):
     """Holes of the disc; sizes are estimated where absent."""
 
-    bore_radius_mm: Annotated[float, _key("Radius of the central bore [mm].", _LENGTH, gt=0)] | None = None
-    crank_hole_radius_mm: Annotated[float, _key("Radius of the crank holes [mm].", _LENGTH, gt=0)] | None = None
+    bore_radius_mm: Annotated[float, _key("Radius of the central bore [mm].", _LENGTH, **_SIZE)] | None = None
+    crank_hole_radius_mm: Annotated[float, _key("Radius of the crank holes [mm].", _LENGTH, **_SIZE)] | None = None
     output_holes: HolesSpec | None = None
 
 
@@ -136,12 +150,14 @@ class ExportSpec(Table, frozen=True):
 
     formats: Annotated[tuple[Format, ...], _key("Files to write.", "give a list of formats")] = FORMATS
     chord_tolerance_um: Annotated[
-        float, _key("Largest distance of chords and arcs from the tooth [µm].", "give 0.05 to 5", ge=0.001, le=100)
+        float, _key("Largest distance of chords and arcs from the tooth [µm].", "give 0.05 to 5", ge=0.01, le=100)
     ] = 0.05
     cmm_points_per_lobe: Annotated[
         int, _key("Nominal measuring points on one lobe.", "give 8 to 400 points", ge=8, le=400)
     ] = 40
-    feed_mm_per_min: Annotated[float, _key("Feed of the contour program [mm/min].", "give a feed", gt=0)] = 200.0
+    feed_mm_per_min: Annotated[float, _key("Feed of the contour program [mm/min].", "give a feed", ge=1, le=1e5)] = (
+        200.0
+    )
 
 
 class PublishedValue(Table, frozen=True):
@@ -164,7 +180,10 @@ class SourceSpec(Table, frozen=True):
 class Spec(Table, frozen=True, kw_only=True):
     """A whole spec file."""
 
-    name: Annotated[str, _key("Name shown in pictures and reports.", "give a text")] = "cycloidal drive"
+    name: Annotated[
+        str,
+        _key("Name shown in pictures and reports.", "give a short name", max_length=80, pattern=r"^[^\x00-\x1f\x7f]*$"),
+    ] = "cycloidal drive"
     drive: DriveSpec
     materials: MaterialsSpec = MaterialsSpec()
     load: LoadSpec = LoadSpec()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
 import tomllib
@@ -16,7 +17,9 @@ from cycloid_profile.spec.keys import nearest, remedy_for, tables_in, wrong_unit
 from cycloid_profile.spec.model import Spec, Table
 
 _FAULT = re.compile(r"^(?P<rule>.*?)(?: - at `\$\.?(?P<path>.*)`)?$", re.DOTALL)
+_LONGEST_SHOWN = 60
 _RULES = (
+    (re.compile(r"^Expected `str` (?:matching regex|of length).*$"), "must be one line of at most 80 characters"),
     (re.compile(r"^Expected `(?:int|float)` (?P<op>[<>]=?) (?P<bound>.+)$"), r"must be \g<op> \g<bound>"),
     (re.compile(r"^Expected `(?P<want>.+)`, got `(?P<got>.+)`$"), r"must be of type \g<want>, not \g<got>"),
     (re.compile(r"^Invalid enum value .*$"), "is not one of the choices"),
@@ -33,7 +36,7 @@ def read_spec(path: str | Path) -> Spec:
     """
     file = Path(path)
     try:
-        text = file.read_text(encoding="utf-8")
+        text = file.read_text(encoding="utf-8-sig")
     except FileNotFoundError:
         raise SpecError(
             "spec file",
@@ -54,6 +57,8 @@ def parse_spec(text: str, name: str = "spec") -> Spec:
         raw = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise SpecError("spec file", f"'{name}'", f"is not valid TOML ({error})", "mend that line", " ") from None
+    except RecursionError:
+        raise SpecError("spec file", f"'{name}'", "nests tables too deeply", "see docs/spec.md", " ") from None
     _refuse_unknown_keys(raw, Spec, "")
     _refuse_not_finite(raw, "")
     try:
@@ -113,13 +118,16 @@ def _value_at(raw: Any, path: str) -> Any:
 
 
 def _shown(value: Any) -> str:
-    return "{…}" if isinstance(value, dict) else f'"{value}"' if isinstance(value, str) else str(value)
+    if isinstance(value, dict):
+        return "{…}"
+    text = json.dumps(value, ensure_ascii=False) if isinstance(value, str) else str(value)
+    return text if len(text) <= _LONGEST_SHOWN else f"{text[:_LONGEST_SHOWN]}…"
 
 
 def _refuse_unknown_effects(spec: Spec) -> None:
     for number, effect in enumerate(spec.effects, start=1):
         name = effect.get("name")
-        if name not in EFFECT_NAMES:
+        if not isinstance(name, str) or name not in EFFECT_NAMES:
             raise SpecError(
                 f"effects[{number}].name",
                 _shown(name),

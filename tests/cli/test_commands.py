@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import subprocess
 import sys
+import xml.dom.minidom
 from collections.abc import Callable
 from pathlib import Path
 
@@ -88,8 +90,6 @@ def test_build_writes_the_whole_set(built: Path) -> None:
 
 
 def test_manifest_tells_the_truth_of_every_file(built: Path) -> None:
-    import hashlib
-
     manifest = json.loads((built / "manifest.json").read_text(encoding="utf-8"))
     listed = {entry["path"]: entry for entry in manifest["files"]}
     present = {str(path.relative_to(built)) for path in built.rglob("*") if path.is_file()} - {"manifest.json"}
@@ -128,9 +128,9 @@ BAD = [
     ("K1", [("eccentricity_mm = 1.3", "eccentricity_mm = 1.6")], "keep the eccentricity below 1.6000 mm"),
     ("overlap", [("pins = 40", "pins = 80"), ("eccentricity_mm = 1.3", "eccentricity_mm = 0.4")], "pins overlap"),
     ("undercut", [("pin_radius_mm = 3.0", "pin_radius_mm = 4.7")], "undercut limit 4.6117 mm"),
-    ("zero width", [("disc_width_mm = 11.5", "disc_width_mm = 0")], "must be > 0"),
-    ("negative width", [("disc_width_mm = 11.5", "disc_width_mm = -2.0")], "must be > 0"),
-    ("torque 0", [("rated_torque_nm = 412.0", "rated_torque_nm = 0")], "must be > 0"),
+    ("zero width", [("disc_width_mm = 11.5", "disc_width_mm = 0")], "must be >= 0.001"),
+    ("negative width", [("disc_width_mm = 11.5", "disc_width_mm = -2.0")], "must be >= 0.001"),
+    ("torque 0", [("rated_torque_nm = 412.0", "rated_torque_nm = 0")], "must be >= 1e-06"),
     ("nan", [("pin_circle_radius_mm = 64.0", "pin_circle_radius_mm = nan")], "not a finite number"),
     ("modification beyond the pin", [("equidistant_um = 6.0", "equidistant_um = -3001.0")], "smaller modification"),
     ("modified tooth undercut", [("equidistant_um = 6.0", "equidistant_um = 1700.0")], "undercut limit"),
@@ -167,6 +167,7 @@ def test_bad_input_is_one_sentence_and_leaves_no_file(
         (["build", "x.toml", "--ouT", "y"], "Unknown option"),
         (["export", str(RV40E), "--format", "dwg"], 'Choose from: "csv"'),
         (["catalog", "rv4oe"], "did you mean rv40e?"),
+        (["catalog", "--out", "x.toml"], "needs a drive"),
     ],
 )
 def test_wrong_words_are_one_sentence(words: list[str], says: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -214,7 +215,7 @@ def test_a_failure_half_way_leaves_the_old_files_alone(
     spec = changed(("equidistant_um = 6.0", "equidistant_um = 9.0"))
     assert run(["export", str(spec), "--format", "csv", "--format", "cmm", "--out", str(out)]) == 2
     assert (out / "profile.csv").read_bytes() == before
-    assert sorted(path.name for path in out.iterdir()) == ["profile.csv"]
+    assert sorted(path.name for path in out.iterdir()) == ["manifest.json", "profile.csv"]
 
 
 @pytest.mark.parametrize(
@@ -237,6 +238,79 @@ def test_a_disc_that_would_bind_ends_with_1_and_its_files(
     assert json.loads(out)["failures"]
     assert (tmp_path / "out" / "profile.csv").is_file()
     assert "cannot work as asked" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+
+
+def test_a_drive_without_an_equilibrium_is_no_success(
+    changed: Callable[..., Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    spec = changed(
+        ("rated_torque_nm = 412.0", "rated_torque_nm = 100000.0"), ("= 4.0e5", "= 1.0"), ("= true", "= false")
+    )
+    assert run(["accuracy", str(spec), "--out", str(tmp_path), "--json"]) == 1
+    out, err = capsys.readouterr()
+    assert "load sharing (equilibrium) ended with 'stopped at the step limit" in err
+    assert "was not found at every pose" in err
+    assert json.loads(out)["conventional"]["converged"] is False
+
+
+@pytest.mark.parametrize("name", ["a$_{$b", "RV减速器 é", "(O1000) <b>%", "'\\"])
+def test_any_name_can_be_built(name: str, changed: Callable[..., Path], tmp_path: Path) -> None:
+    spec = changed(('name = "RV-40E"', f"name = {json.dumps(name, ensure_ascii=False)}"))
+    assert run(["build", str(spec), "--out", str(tmp_path / "out")]) == 0
+    program = (tmp_path / "out" / "grinding.nc").read_text(encoding="ascii")
+    assert all(line.count("(") == line.count(")") <= 1 for line in program.splitlines())
+    assert max(len(line) for line in program.splitlines()) < 100
+    assert (tmp_path / "out" / "disc.step").read_bytes().isascii()
+    for svg in (tmp_path / "out" / "plots").glob("*.svg"):
+        xml.dom.minidom.parse(str(svg))
+
+
+def test_a_set_is_written_whole_or_not_at_all(
+    changed: Callable[..., Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    (out / "profile.dxf").mkdir(parents=True)
+    words = ["export", str(changed()), "--format", "csv", "--format", "dxf", "--out", str(out)]
+    assert run(words) == 2
+    assert f"'{out / 'profile.dxf'}' cannot be written (a folder has that name)" in capsys.readouterr().err
+    assert [path.name for path in out.iterdir()] == ["profile.dxf"]
+
+
+def test_a_promise_that_is_not_kept_is_no_success(
+    changed: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from cycloid_profile.export import biarc
+
+    rough = biarc.disc_arcs
+    monkeypatch.setattr("cycloid_profile.export.gcode.disc_arcs", lambda profile, _: rough(profile, 1e-3))
+    assert run(["export", str(changed()), "--format", "gcode", "--out", str(tmp_path / "out")]) == 2
+    assert "exceeds the promised" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_manifest_follows_an_export_and_a_smaller_build(changed: Callable[..., Path], tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    assert run(["export", str(changed()), "--format", "csv", "--format", "cmm", "--out", str(out)]) == 0
+    spec = changed(("equidistant_um = 6.0", "equidistant_um = 8.0"))
+    assert run(["export", str(spec), "--format", "csv", "--out", str(out)]) == 0
+    entries = json.loads((out / "manifest.json").read_text(encoding="utf-8"))["files"]
+    assert [entry["path"] for entry in entries] == ["cmm_nominal.csv", "profile.csv"]
+    assert entries[0]["spec_sha256"] != entries[1]["spec_sha256"], "the two come from different specs"
+    assert entries[1]["sha256"] == hashlib.sha256((out / "profile.csv").read_bytes()).hexdigest()
+    mine = out / "mine.txt"
+    mine.write_text("kept", encoding="utf-8")
+    only_cmm = changed(('["dxf", "step", "csv", "gcode", "cmm"]', '["cmm"]'))
+    assert run(["build", str(only_cmm), "--out", str(out)]) == 0
+    assert not (out / "profile.csv").exists(), "an old disc must not lie beside a new report"
+    assert mine.exists()
+
+
+def test_an_assumed_torque_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "short.toml"
+    drive = TEXT.split("[drive.cranks]")[0]
+    path.write_text(drive, encoding="utf-8")
+    assert run(["accuracy", str(path), "--out", str(tmp_path)]) == 0
+    assert "N·m is assumed from the size" in capsys.readouterr().err
 
 
 def test_export_lists_before_it_writes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -269,7 +343,7 @@ def test_without_the_cad_kernel_everything_but_step_is_written(
     manifest = json.loads((tmp_path / "manifest.json").read_text(encoding="utf-8"))
     assert [entry["format"] for entry in manifest["skipped"]] == ["step"]
     assert (tmp_path / "profile.dxf").is_file()
-    assert run(["export", str(RV40E), "--format", "step", "--out", str(tmp_path / "step")]) == 2
+    assert run(["export", str(RV40E), "--format", "step", "--out", str(tmp_path / "step")]) == 1
 
 
 def test_effects_are_kept_and_said_not_to_be_simulated(

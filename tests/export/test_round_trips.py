@@ -116,11 +116,11 @@ def test_nc_program_follows_the_tooth(rv40e_record: DesignRecord, exact: ExactCu
     points, codes = read_nc_points(tmp_path / "grinding.nc")
     assert codes[0] == "G0"
     assert set(codes[1:]) <= {"G1", "G2", "G3"}
-    contour = points[2:-1].reshape(-1, 2)
+    contour = points[3:-2].reshape(-1, 2)
     assert np.max(exact.distance(contour)) <= TOLERANCE + ROUNDING
     # Lead-in and lead-out stay outside the tooth: nearer to the disc's centre would be a gouge.
     tip = np.max(np.hypot(*exact.points.T))
-    assert np.min(np.hypot(*points[[1, -1]].reshape(-1, 2).T)) >= tip - 1e-4
+    assert np.min(np.hypot(*points[[1, 2, -2, -1]].reshape(-1, 2).T)) >= tip - 1e-4
     turns = np.unwrap(np.arctan2(contour[:, 1], contour[:, 0]))
     assert turns[-1] - turns[0] == pytest.approx(-2.0 * math.pi, abs=1e-2)
 

@@ -66,7 +66,7 @@ def test_any_drive_is_built_or_refused_with_a_limit(pins, K1, share, r_p):
     else:
         with pytest.raises(GeometryError) as caught:
             Drive(trochoid, share * limit, 10.0, 1, CentralEccentric(1e5))
-        assert f"{share * limit:.4f} mm" in caught.value.value
+        assert f"{share * limit:.7g} mm" == caught.value.value
         assert f"{limit:.4f} mm" in caught.value.limit or f"{undercut_limit(trochoid):.4f} mm" in caught.value.limit
 
 

@@ -66,7 +66,7 @@ lengths = st.floats(0.01, 1e3)
 @given(
     pins=st.integers(3, 300), lengths=st.lists(lengths, min_size=6, max_size=6), amounts=st.tuples(amounts, amounts),
     compensation=st.one_of(st.booleans(), st.floats(0.0, 20.0)), cranks=st.booleans(),
-    name=st.text(st.characters(codec="utf-8", exclude_categories=["Cs"]), max_size=20),
+    name=st.text(st.characters(codec="utf-8", exclude_categories=["Cs", "Cc"]), max_size=20),
     formats=st.lists(st.sampled_from(FORMATS), unique=True),
     effect=st.none() | st.sampled_from(sorted(EFFECT_NAMES)),
 )  # fmt: skip
@@ -115,13 +115,13 @@ def test_schema_accepts_what_the_reader_accepts_and_refuses_what_it_refuses() ->
         ("pins = 40", "pinz = 40", "drive.pinz", "40", "did you mean drive.pins?"),
         ("pins = 40", "pins = 2", "drive.pins", "2", "must be >= 3"),
         ("pins = 40", "pins = 40.5", "drive.pins", "40.5", "must be of type int"),
-        ("pins = 40\n", "", "drive.pins", "is missing", "at least 3 pins"),
+        ("pins = 40\n", "", "drive.pins", "is missing", "give 3 to 1000 pins"),
         ("pin_radius_mm = 3.0", "pin_radius_um = 3000", "drive.pin_radius_um", "3000", "write pin_radius_mm = 3"),
         ("pin_radius_mm = 3.0", "pin_radius_gpa = 3", "drive.pin_radius_gpa", "3", "write pin_radius_mm and convert"),
         ("pin_radius_mm = 3.0", "pin_radius = 3.0", "drive.pin_radius", "3.0", "no unit in its key"),
         ("rated_torque_nm = 412.0", "rated_torque_nmm = 4e5", "load.rated_torque_nmm", "400000.0", "torque_nm = 400"),
-        ("rated_torque_nm = 412.0", "rated_torque_nm = 0", "load.rated_torque_nm", "0", "must be > 0"),
-        ("disc_width_mm = 11.5", "disc_width_mm = -1", "drive.disc_width_mm", "-1", "must be > 0"),
+        ("rated_torque_nm = 412.0", "rated_torque_nm = 0", "load.rated_torque_nm", "0", "must be >= 1e-06"),
+        ("disc_width_mm = 11.5", "disc_width_mm = -1", "drive.disc_width_mm", "-1", "must be >= 0.001"),
         ("disc_width_mm = 11.5", "disc_width_mm = nan", "drive.disc_width_mm", "nan", "not a finite number"),
         ("disc_share = 0.55", "disc_share = 1.5", "load.disc_share", "1.5", "must be <= 1"),
         ("poisson_ratio = 0.3", "poisson_ratio = 0.5", "materials.disc.poisson_ratio", "0.5", "must be < 0.5"),
@@ -133,6 +133,11 @@ def test_schema_accepts_what_the_reader_accepts_and_refuses_what_it_refuses() ->
         ("discs = 2", "discs = 2\nzzz = 1", "drive.zzz", "1", "known here are pins"),
         ("[drive]\n", "[[effects]]\nname = 'disk_runout'\n[drive]\n", "effects[1].name", '"disk_runout"',
          "did you mean disc_runout?"),
+        ("[drive]\n", "[[effects]]\nname = ['disc_runout']\n[drive]\n", "effects[1].name",
+         "['disc_runout']", "did you mean disc_runout?"),
+        ('name = "RV-40E"', 'name = "a\\u0001b"', "name", '"a\\u0001b"', "one line of at most 80"),
+        ('name = "RV-40E"', 'name = "' + 90 * "a" + '"', "name", '"' + 59 * "a" + "…", "one line of at most 80"),
+        ("= 412.0", "= 1" + 400 * "0", "load.rated_torque_nm", "1" + 59 * "0" + "…", ""),
     ],
 )  # fmt: skip
 def test_a_refusal_has_four_parts(old: str, new: str, what: str, value: str, says: str) -> None:
@@ -165,3 +170,14 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path: Path, kind: str) -> None:
 def test_numbers_in_effects_must_be_finite_too() -> None:
     with pytest.raises(SpecError, match=r"effects\.0\.amplitude_um"):
         parse_spec(SHORT + f"[[effects]]\nname = 'disc_runout'\namplitude_um = {math.inf}\n")
+
+
+def test_a_byte_order_mark_and_windows_line_ends_are_read(tmp_path: Path) -> None:
+    path = tmp_path / "windows.toml"
+    path.write_bytes(b"\xef\xbb\xbf" + TEXT.replace("\n", "\r\n").encode("utf-8"))
+    assert read_spec(path) == read_spec(RV40E)
+
+
+def test_a_bottomless_file_is_refused() -> None:
+    with pytest.raises(SpecError, match="nests tables too deeply"):
+        parse_spec("a = " + 100_000 * "[")
