@@ -346,6 +346,24 @@ def test_without_the_cad_kernel_everything_but_step_is_written(
     assert run(["export", str(RV40E), "--format", "step", "--out", str(tmp_path / "step")]) == 1
 
 
+def test_a_missing_system_library_is_named_with_its_remedy(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    fault = "libGL.so.1: cannot open shared object file: No such file or directory"
+    (tmp_path / "build123d.py").write_text(f"raise ImportError({fault!r})\n", encoding="utf-8")
+    monkeypatch.delitem(sys.modules, "build123d", raising=False)
+    monkeypatch.syspath_prepend(tmp_path)
+    assert run(["export", str(RV40E), "--format", "step", "--out", str(tmp_path / "out")]) == 1
+    assert "apt install libgl1" in capsys.readouterr().err
+
+
+def test_the_module_is_the_command() -> None:
+    words = [sys.executable, "-m", "cycloid_profile", "catalog", "nothing"]
+    ended = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert ended.returncode == 2
+    assert "is not in the catalogue" in ended.stderr
+
+
 def test_effects_are_kept_and_said_not_to_be_simulated(
     changed: Callable[..., Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
