@@ -47,7 +47,7 @@ class ChordTolerance:
         psi = np.linspace(a, b, _FINE)
         points = profile.at(psi, piece_side(a, b, psi))
         arc_rate = np.abs(points.first)
-        # Sagitta of a chord is κ s²/8. Near an inflection κ vanishes but its slope does not: the floor
+        # Sagitta of a chord is κ s²/8 (Eq. 41). Near an inflection κ vanishes but its slope does not: the floor
         # stands in for the cubic term there.
         bend = np.maximum(np.abs(points.curvature), 0.02 * float(np.max(np.abs(points.curvature))))
         density = np.sqrt(bend / (8.0 * self.tolerance)) * arc_rate

@@ -60,5 +60,5 @@ def accuracy_plot(record: DesignRecord) -> Figure:
         low, high = right.get_ylim()
         right.set_ylim(low, high + 0.3 * (high - low))
         right.legend(loc="upper left", fontsize=9)
-        figure.suptitle(f"{plain(record.spec.name)}: mesh and crank bearings only")
+        figure.suptitle(f"{plain(record.spec.name)}: mesh and bearings only")
     return figure

@@ -43,9 +43,9 @@ def deformation(record: DesignRecord) -> Figure:
         ax.annotate(
             f"δmax = {delta_max / UM:.3f} µm at ψ0 = {psi0 / DEGREE:.2f}°",
             (-psi0 / DEGREE, delta_max / UM),
-            xytext=(-12, 6),
+            xytext=(0, 6),
             textcoords="offset points",
-            ha="right",
+            ha="center",
         )
         phase_axis(ax)
         ax.set_ylim(0.0, 1.38 * delta_max / UM)

@@ -101,9 +101,18 @@ class LoadSpec(Table, frozen=True):
         ]
         | None
     ) = None
-    disc_share: Annotated[
-        float, _key("Share of the torque on one disc, classical scheme only.", "two discs: 0.5 to 0.55", gt=0, le=1)
-    ] = 0.55
+    disc_share: (
+        Annotated[
+            float,
+            _key(
+                "Share of the torque on one disc, classical scheme only; 0.55 for two discs, 1.1 over their number.",
+                "two discs: 0.5 to 0.55",
+                gt=0,
+                le=1,
+            ),
+        ]
+        | None
+    ) = None
     contact_law: Annotated[Literal["roark", "johnson", "article"], _key("Line-contact law.", "")] = "roark"
 
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import msgspec
 import pytest
 
 from cycloid_profile.catalog.drives import catalog_drive, catalog_names, catalog_text
-from cycloid_profile.design.from_spec import conventional_profile, disc_outline, drive_of
+from cycloid_profile.design.from_spec import conventional_profile, disc_outline, drive_of, load_case
 from cycloid_profile.errors import SpecError
 
 
@@ -43,3 +44,11 @@ def test_an_unknown_drive_is_refused_with_the_nearest_name() -> None:
         catalog_drive("RV40")
     with pytest.raises(SpecError, match="known are printed_11"):
         catalog_drive("###")
+
+
+@pytest.mark.parametrize(("discs", "share"), [(1, 1.0), (2, 0.55), (3, 1.1 / 3)])
+def test_one_disc_carries_all_and_two_the_published_share(discs: int, share: float) -> None:
+    spec = catalog_drive("printed_11")
+    spec = msgspec.structs.replace(spec, drive=msgspec.structs.replace(spec.drive, discs=discs))
+    drive = drive_of(spec)
+    assert load_case(spec, drive, drive.theoretical_profile).disc_share == pytest.approx(share)
