@@ -111,13 +111,13 @@ def _nearer(
 
 def _foot_on(profile: ToothProfile, centre: ComplexArray, start: FloatArray, side: FloatArray) -> FloatArray:
     """Newton from ``start``; with corners it stays within the flank ``side``."""
-    low, high = -math.inf, math.inf
+    low, high = np.asarray(-math.inf), np.asarray(math.inf)
     psi = start
     if profile.corners:
         # The flank next to the start: [0, π] or [−π, 0], moved by a turn where the start lies past a tip.
         middle = start - side * (0.5 * math.pi)
         middle = side * (0.5 * math.pi) + 2.0 * math.pi * np.round(middle / (2.0 * math.pi))
-        low, high = middle - 0.5 * math.pi, middle + 0.5 * math.pi  # type: ignore[assignment]
+        low, high = middle - 0.5 * math.pi, middle + 0.5 * math.pi
         psi = np.clip(start, low, high)
     for _ in range(_MAX_STEPS):
         point = profile.at(psi, side)

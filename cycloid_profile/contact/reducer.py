@@ -72,7 +72,8 @@ def reducer_equilibrium(case: LoadCase, crank_angle: ArrayLike, tolerance: float
     meshing = mesh(case.drive.trochoid, crank_angle, case.drive.discs)
     support = support_model(case.drive, meshing.crank_angle)
     u, touched = _rigid_touch(case, meshing, support)
-    u = u + support.rigid_motion * _overclosure(case)
+    start = u + support.rigid_motion * _overclosure(case)
+    u, lost = start, np.zeros(len(start), dtype=np.bool_)
     load = np.zeros_like(u)
     load[:, 0] = case.torque
     springs = support.stiffness * np.einsum("psdu,psdv->puv", support.spring_stretch, support.spring_stretch)
@@ -82,15 +83,17 @@ def reducer_equilibrium(case: LoadCase, crank_angle: ArrayLike, tolerance: float
         linear = _linearise(case, meshing, support, u)
         gradient, force = _unbalanced(case, linear, springs, load, u, np.zeros_like(u))
         residual = np.max(np.abs(gradient) * support.arm, axis=-1) / abs(case.torque)
-        lost = float(np.max(np.abs(u / support.arm))) > 1.0
-        if lost or float(np.max(residual)) < tolerance:
-            # A turn by a radian or a shift by the pin circle's radius is no small motion: the solve is lost.
+        if np.all(lost | (residual < tolerance)):
             break
         u = u + _newton(case, linear, springs, load, u, support.arm, 0.1 * tolerance)
+        # A turn by a radian or a shift by the pin circle's radius is no small motion: such a pose is lost,
+        # and rests at its start so that it cannot disturb the others.
+        lost |= ~(np.max(np.abs(u / support.arm), axis=-1) < 1.0)
+        u = np.where(lost[:, np.newaxis], start, u)
     motion = np.einsum("pdiu,pu->pdi", support.disc_motion, u)
     status = tuple(
-        Status.NO_CONTACT if not ok else Status.CONVERGED if r < tolerance else Status.NOT_CONVERGED
-        for ok, r in zip(touched, residual, strict=True)
+        Status.NO_CONTACT if not ok else Status.CONVERGED if r < tolerance and not gone else Status.NOT_CONVERGED
+        for ok, r, gone in zip(touched, residual, lost, strict=True)
     )
     return ReducerState(case, meshing, u[:, 0], motion, force, residual, status)
 

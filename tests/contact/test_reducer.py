@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cycloid_profile.contact import reducer
 from cycloid_profile.contact.backlash import backlash, first_touch, input_locked_factor
 from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.contact.equilibrium import Equilibrium
@@ -142,3 +143,23 @@ def test_missing_touch_is_reported_at_every_pose(rv40e, rated_torque, monkeypatc
     monkeypatch.setattr("cycloid_profile.contact.reducer._TOUCH_STEPS", 1)
     state = solved(rv40e, rated_torque, Equidistant(0.006))
     assert state.status == (Status.NO_CONTACT,) * 4
+
+
+def test_a_lost_pose_does_not_stop_the_others(rv40e, monkeypatch, rated_torque):
+    # One pose is thrown far away in the first refresh; the rest must end as they would alone.
+    case = LoadCase(rv40e, modify(rv40e.theoretical_profile, Equidistant(0.006)), rated_torque)
+    poses = mesh_cycle(rv40e.trochoid, 5)
+    alone = reducer_equilibrium(case, poses)
+    newton = reducer._newton
+
+    def thrown(*arguments):
+        step = newton(*arguments)
+        step[2] += 1e3
+        return step
+
+    monkeypatch.setattr(reducer, "_newton", thrown)
+    state = reducer_equilibrium(case, poses)
+    assert state.status[2] is Status.NOT_CONVERGED
+    assert list(state.settled) == [True, True, False, True, True]
+    others = [0, 1, 3, 4]
+    assert state.rotation[others] == pytest.approx(alone.rotation[others], rel=1e-9)
