@@ -3,21 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
-from cyclopts import Parameter
-
-from cycloid_profile.cli.options import Json
-from cycloid_profile.cli.terminal import default_folder, print_json, print_table, progress, warn
+from cycloid_profile.cli.options import Json, OutFolder
+from cycloid_profile.cli.terminal import output_folder, print_json, print_table, progress
 
 
 def accuracy(
     spec: Path,
     /,
     *,
-    out: Annotated[
-        Path | None, Parameter(help="Folder for the picture, default exports/NAME of the spec file.")
-    ] = None,
+    out: OutFolder = None,
     json: Json = False,
 ) -> int:
     """Predict backlash, lost motion, torsional rigidity and transmission error, and draw them.
@@ -29,7 +24,7 @@ def accuracy(
     spec
         Spec file (TOML).
     """
-    from cycloid_profile.cli.figures import accuracy_rows, remarks
+    from cycloid_profile.cli.figures import accuracy_rows, closing_words
     from cycloid_profile.design.record import design_disc
     from cycloid_profile.design.summary import summary
     from cycloid_profile.export.folder import whole_or_nothing
@@ -38,7 +33,7 @@ def accuracy(
     from cycloid_profile.report.build import PLOTS
     from cycloid_profile.spec.read import read_spec
 
-    folder = out if out is not None else default_folder(spec)
+    folder = output_folder(out, spec)
     with progress() as tell:
         tell("loading the drive over one mesh cycle")
         record = design_disc(read_spec(spec))
@@ -51,6 +46,4 @@ def accuracy(
     else:
         print_table(f"{record.spec.name}: accuracy", ("", "conventional", "compensated"), accuracy_rows(figures))
         print(f"\npicture: {figures['picture']}")
-    for failure in (*remarks(figures), *record.failures):
-        warn(failure)
-    return 1 if record.failures else 0
+    return closing_words(figures)

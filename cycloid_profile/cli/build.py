@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from cycloid_profile.cli.options import Json, OutFolder
-from cycloid_profile.cli.terminal import default_folder, print_json, print_table, progress, warn
+from cycloid_profile.cli.terminal import output_folder, print_json, print_table, progress, warn
 
 
 def build(
@@ -24,13 +24,13 @@ def build(
     spec
         Spec file (TOML).
     """
-    from cycloid_profile.cli.figures import accuracy_rows, load_rows, remarks
+    from cycloid_profile.cli.figures import accuracy_rows, closing_words, load_rows
     from cycloid_profile.design.record import design_disc
     from cycloid_profile.design.summary import summary
     from cycloid_profile.report.build import REPORT, build_package
     from cycloid_profile.spec.read import read_spec
 
-    folder = out if out is not None else default_folder(spec)
+    folder = output_folder(out, spec)
     with progress() as tell:
         tell("reading the spec")
         wanted = read_spec(spec)
@@ -40,8 +40,6 @@ def build(
     figures = summary(record) | {"out": str(folder), "skipped": skipped}
     for reason in skipped.values():
         warn(f"disc.step was not written: {reason}")
-    for remark in remarks(figures):
-        warn(remark)
     if json:
         print_json(figures)
     else:
@@ -49,6 +47,4 @@ def build(
         print()
         print_table("load on the conventional tooth", ("", "classical", "equilibrium"), load_rows(figures))
         print(f"\nwritten to {folder}; open {folder / REPORT}")
-    for failure in record.failures:
-        warn(failure)
-    return 1 if record.failures else 0
+    return closing_words(figures)

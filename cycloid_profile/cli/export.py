@@ -8,9 +8,9 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from cycloid_profile.cli.figures import shown
 from cycloid_profile.cli.options import Json, OutFolder
-from cycloid_profile.cli.terminal import default_folder, print_json, print_table, progress, warn
+from cycloid_profile.cli.terminal import output_folder, print_json, print_table, progress, warn
+from cycloid_profile.design.summary import shown
 from cycloid_profile.spec.model import Format
 
 
@@ -43,7 +43,7 @@ def export(
     from cycloid_profile.export.manifest import manifest_entry, untouched_entries, write_manifest
     from cycloid_profile.spec.read import read_spec
 
-    folder = out if out is not None else default_folder(spec)
+    folder = output_folder(out, spec)
     wanted = read_spec(spec)
     formats = tuple(dict.fromkeys(format or wanted.export.formats))
     if list:

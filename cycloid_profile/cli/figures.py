@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from cycloid_profile.cli.terminal import warn
+from cycloid_profile.design.summary import shown
+
 _ACCURACY = (
     ("backlash, crank held [′]", "backlash_arcmin"),
     ("backlash, input held [′]", "backlash_input_locked_arcmin"),
@@ -31,17 +34,13 @@ def load_rows(figures: dict[str, Any]) -> list[tuple[str, ...]]:
     return [(label, shown(figures["classical"][key]), shown(figures["equilibrium"][key])) for label, key in _LOAD]
 
 
-def shown(value: float | None) -> str:
-    """Four significant digits, a dash for no number."""
-    # Rounding errors of a perfect fit are shown as the zero they are.
-    return "–" if value is None else f"{0.0 if abs(value) < 1e-9 else value:.4g}"
-
-
-def remarks(figures: dict[str, Any]) -> list[str]:
-    """What a reader must know about the figures: assumed torque, effects left out."""
-    said = []
+def closing_words(figures: dict[str, Any]) -> int:
+    """Say on stderr what a reader must know and what failed; returns the exit status."""
     if figures["rated_torque_assumed"]:
-        said.append(f"load.rated_torque_nm is not given: {figures['rated_torque_nm']:.4g} N·m is assumed from the size")
+        torque = shown(figures["rated_torque_nm"])
+        warn(f"load.rated_torque_nm is not given: {torque} N·m is assumed from the size")
     if figures["effects_not_simulated"]:
-        said.append(f"kept in the spec but not simulated yet: {', '.join(figures['effects_not_simulated'])}")
-    return said
+        warn(f"kept in the spec but not simulated yet: {', '.join(figures['effects_not_simulated'])}")
+    for failure in figures["failures"]:
+        warn(failure)
+    return 1 if figures["failures"] else 0

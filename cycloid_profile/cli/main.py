@@ -43,7 +43,7 @@ def run(tokens: Sequence[str] | None = None) -> int:
     try:
         status = application()(tokens, exit_on_error=False, print_error=False, result_action="return_value")
     except CycloptsError as error:
-        return _refuse(" ".join(str(error).split()), 2)
+        return _refuse(str(error), 2)
     except CycloidError as error:
         return _refuse(str(error), error.exit_code)
     except BrokenPipeError:

@@ -43,9 +43,9 @@ def print_table(title: str, columns: tuple[str, ...], rows: Sequence[tuple[str, 
     Console(highlight=False, markup=False, width=width).print(table)
 
 
-def default_folder(spec_file: Path) -> Path:
-    """exports/NAME, NAME being the spec file's without its ending."""
-    return Path("exports") / spec_file.stem
+def output_folder(out: Path | None, spec_file: Path) -> Path:
+    """The folder asked for, or exports/NAME, NAME being the spec file's without its ending."""
+    return Path("exports") / spec_file.stem if out is None else out
 
 
 def warn(sentence: str) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.contact.gap import Gaps, gaps
 from cycloid_profile.contact.meshing import Meshing, mesh, mesh_cycle
+from cycloid_profile.contact.support import crank_turn_per_carrier_turn
 from cycloid_profile.errors import SolveError
 from cycloid_profile.geometry.drive import Drive
 from cycloid_profile.geometry.profile import ToothProfile
@@ -17,7 +18,7 @@ from cycloid_profile.geometry.profile import ToothProfile
 _MAX_STEPS = 40
 _SETTLED = 1e-13  # rad
 # A pin near root or tip has almost no lever: turning cannot open or close its gap.
-LEAST_REACH = 0.05
+_LEAST_REACH = 0.05
 OVERLAP_TOLERANCE = 1e-5  # mm; 10 nm of overlap no ground tooth can show, and no drive binds by it
 
 
@@ -75,16 +76,21 @@ def first_touch(profile: ToothProfile, pin_radius: float, meshing: Meshing, dire
     """
     rotation = np.zeros(meshing.phase.shape[:-1])
     settled = False
-    least_lever = LEAST_REACH * profile.trochoid.longest_lever
     for _ in range(_MAX_STEPS):
         found = gaps(profile, pin_radius, meshing, rotation=rotation)
-        arm = direction * found.lever
-        step = np.min(np.where(arm > least_lever, found.gap / np.maximum(arm, least_lever), np.inf), axis=-1)
+        step = np.min(closing_turn(profile, found.gap, direction * found.lever), axis=-1)
         rotation = rotation + direction * step
         if float(np.max(np.abs(step))) < _SETTLED:
             settled = True
             break
     return Touch(rotation, gaps(profile, pin_radius, meshing, rotation=rotation), settled)
+
+
+def closing_turn(profile: ToothProfile, gap: FloatArray, arm: FloatArray) -> FloatArray:
+    """Turn that closes each gap by its arm, infinite for pins with too little arm to be closed [rad]."""
+    least = _LEAST_REACH * profile.trochoid.longest_lever
+    turn: FloatArray = np.where(arm > least, gap / np.maximum(arm, least), np.inf)
+    return turn
 
 
 def backlash(drive: Drive, profile: ToothProfile, poses: int = 24) -> Backlash:
@@ -115,6 +121,4 @@ def first_order_backlash(drive: Drive, equidistant: float, radial_moving: float)
 
 def input_locked_factor(drive: Drive) -> float:
     """Backlash with the input held, over backlash with the crank held: z_c/(z_p + z1/z2) (Eq. 33)."""
-    if drive.first_stage is None:
-        return 1.0
-    return drive.trochoid.lobes / (drive.trochoid.pins + drive.first_stage.tooth_ratio)
+    return drive.trochoid.lobes / (drive.trochoid.lobes + crank_turn_per_carrier_turn(drive))

@@ -16,6 +16,7 @@ from cycloid_profile.contact.backlash import OVERLAP_TOLERANCE, first_order_back
 from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.contact.hertz import LineContact
 from cycloid_profile.contact.sharing import LoadSharing, Status
+from cycloid_profile.geometry.drive import set_up_amounts
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,15 +96,9 @@ class Classical:
 
 def _overlaps(case: LoadCase) -> bool:
     """Whether the set-up leaves less than no backlash, before any load and to first order."""
-    equidistant, radial_moving = _amounts(case)
+    equidistant, radial_moving = set_up_amounts(case.drive, case.profile)
     removed = first_order_backlash(case.drive, equidistant, radial_moving) * case.drive.trochoid.longest_lever
     return removed < -2.0 * OVERLAP_TOLERANCE
-
-
-def _amounts(case: LoadCase) -> tuple[float, float]:
-    """Equidistant and radial-moving amounts, read from the profile against the nominal drive [mm]."""
-    equidistant = case.profile.pin_radius - case.drive.pin_radius
-    return equidistant, case.drive.trochoid.pin_circle_radius - case.profile.trochoid.pin_circle_radius
 
 
 def take_up_gap(case: LoadCase, phase: FloatArray) -> FloatArray:
@@ -113,7 +108,7 @@ def take_up_gap(case: LoadCase, phase: FloatArray) -> FloatArray:
     flank it is a rotation.
     """
     nominal = case.drive.trochoid
-    equidistant, radial_moving = _amounts(case)
+    equidistant, radial_moving = set_up_amounts(case.drive, case.profile)
     K1 = nominal.short_width_ratio
     w = nominal.speed_ratio(phase)
     sin, cos = np.sin(phase), np.cos(phase)

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cycloid_profile.arrays import ArrayLike, BoolArray, FloatArray
-from cycloid_profile.contact.backlash import LEAST_REACH
+from cycloid_profile.contact.backlash import closing_turn
 from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.contact.gap import Gaps, gaps
 from cycloid_profile.contact.hertz import LineContact
@@ -118,9 +118,7 @@ def _rigid_touch(case: LoadCase, meshing: Meshing, support: SupportModel) -> tup
         motion = np.einsum("pdiu,pu->pdi", support.disc_motion, u)
         found = _gaps_at(case, meshing, motion)
         arm = direction * np.einsum("pdku,pu->pdk", _pin_jacobian(found, support), support.rigid_motion)
-        least = LEAST_REACH * case.drive.trochoid.longest_lever
-        reach = np.where(arm > least, found.gap / np.maximum(arm, least), np.inf)
-        step = direction * np.min(reach, axis=(1, 2))
+        step = direction * np.min(closing_turn(case.profile, found.gap, arm), axis=(1, 2))
         u = u + support.rigid_motion * step[:, np.newaxis]
         if float(np.max(np.abs(step))) < 1e-13:
             break

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from cycloid_profile.contact.backlash import Backlash
-from cycloid_profile.geometry.drive import Drive
-from cycloid_profile.geometry.outline import DiscOutline, least_web
-from cycloid_profile.units import ARCMIN
+from cycloid_profile.geometry.drive import Drive, set_up_amounts
+from cycloid_profile.geometry.profile import ToothProfile
+from cycloid_profile.units import ARCMIN, UM
 
 THIN_WEB = 1.0  # mm
 
@@ -33,12 +33,12 @@ class Check:
         return f"{self.name} = {self.value}, limit {self.limit}{ending}"
 
 
-def design_checks(drive: Drive, outline: DiscOutline, backlash: Backlash) -> tuple[Check, ...]:
-    """All checks of the profile that would be ground."""
-    profile = outline.profile
-    nominal_gap = drive.trochoid.pin_circle_radius - profile.trochoid.pin_circle_radius
-    clearance = profile.pin_radius - drive.pin_radius + nominal_gap
-    web, place = least_web(outline)
+def design_checks(
+    drive: Drive, profile: ToothProfile, backlash: Backlash, wall: tuple[float, str]
+) -> tuple[Check, ...]:
+    """All checks of the profile that would be ground; ``wall`` as ``least_web`` finds it."""
+    clearance = sum(set_up_amounts(drive, profile))
+    thickness, place = wall
     return (
         Check(
             "backlash",
@@ -50,14 +50,14 @@ def design_checks(drive: Drive, outline: DiscOutline, backlash: Backlash) -> tup
         Check(
             "radial clearance",
             clearance >= -1e-9,
-            f"{clearance * 1e3:.3f} µm",
+            f"{clearance / UM:.3f} µm",
             "at least 0 µm",
             "root and tip would press on the pins, raise equidistant_um + radial_moving_um",
         ),
         Check(
             f"thinnest web ({place})",
-            web >= THIN_WEB,
-            f"{web:.3f} mm",
+            thickness >= THIN_WEB,
+            f"{thickness:.3f} mm",
             f"at least {THIN_WEB:g} mm",
             "make the holes smaller",
             severe=False,

@@ -104,10 +104,7 @@ def compensation_solver(spec: Spec) -> LoadSharingSolver:
 
 
 def disc_outline(spec: Spec, drive: Drive, profile: ToothProfile) -> DiscOutline:
-    """Tooth curve with bore and holes; sizes that the spec leaves out are estimated from the room there is.
-
-    Raises ``SpecError`` if holes cut into each other or into the teeth.
-    """
+    """Tooth curve with bore and holes; sizes that the spec leaves out are estimated from the room there is."""
     bare = DiscOutline(profile, ())
     holes: list[Hole] = []
     if isinstance(drive.support, Cranks):
@@ -121,13 +118,17 @@ def disc_outline(spec: Spec, drive: Drive, profile: ToothProfile) -> DiscOutline
     if spec.disc.output_holes is not None:
         ring = spec.disc.output_holes
         holes += ring_of_holes("output hole", ring.count, ring.circle_radius_mm, ring.radius_mm)
-    outline = DiscOutline(profile, tuple(hole for hole in holes if hole.radius > 0.0))
-    web, place = least_web(outline)
-    if web <= 0.0:
+    return DiscOutline(profile, tuple(hole for hole in holes if hole.radius > 0.0))
+
+
+def thinnest_wall(outline: DiscOutline) -> tuple[float, str]:
+    """The thinnest wall [mm] and its place. Raises ``SpecError`` if holes cut into each other or the teeth."""
+    wall, place = least_web(outline)
+    if wall <= 0.0:
         raise SpecError(
-            f"disc: wall between {place}", f"{web:.3f} mm", "is not above zero", "make the holes smaller or move them"
+            f"disc: wall between {place}", f"{wall:.3f} mm", "is not above zero", "make the holes smaller or move them"
         )
-    return outline
+    return wall, place
 
 
 def _material(material: MaterialSpec) -> Material:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from cycloid_profile.compensation.fixed_point import Compensation, compensate, compensate_by
 from cycloid_profile.contact.case import LoadCase
@@ -17,6 +17,7 @@ from cycloid_profile.design.from_spec import (
     disc_outline,
     drive_of,
     load_case,
+    thinnest_wall,
 )
 from cycloid_profile.errors import CompensationError, SolveError, SpecError
 from cycloid_profile.geometry.drive import Drive
@@ -86,7 +87,7 @@ def design_disc(spec: Spec) -> DesignRecord:
     compensation, refusal = _compensation(spec, case)
     profile = conventional if compensation is None else compensation.profile
     before = accuracy(case)
-    after = before if compensation is None else accuracy(load_case(spec, drive, profile))
+    after = before if compensation is None else accuracy(replace(case, profile=profile))
     outline = disc_outline(spec, drive, profile)
     return DesignRecord(
         spec=spec,
@@ -101,7 +102,7 @@ def design_disc(spec: Spec) -> DesignRecord:
         conventional_accuracy=before,
         compensated_accuracy=after,
         outline=outline,
-        checks=design_checks(drive, outline, after.backlash),
+        checks=design_checks(drive, profile, after.backlash, thinnest_wall(outline)),
     )
 
 

@@ -10,6 +10,7 @@ from cycloid_profile.contact.sharing import LoadSharing
 from cycloid_profile.design.accuracy import Accuracy
 from cycloid_profile.design.record import DesignRecord
 from cycloid_profile.geometry.curvature import least_radii
+from cycloid_profile.geometry.drive import set_up_amounts
 from cycloid_profile.geometry.profile import undercut_limit
 from cycloid_profile.units import ARCMIN, ARCSEC, NEWTON_METRE, UM
 
@@ -33,7 +34,7 @@ def summary(record: DesignRecord) -> dict[str, Any]:
         "least_concave_radius_mm": _finite(radii.concave),
         "largest_wheel_radius_mm": _finite(ground.concave),
         "corner_mrad": 1e3 * ground.largest_corner,
-        "radial_clearance_um": _radial_clearance_um(record),
+        "radial_clearance_um": round(sum(set_up_amounts(record.drive, profile)) / UM, 9),
         "generating_pin_radius_mm": profile.pin_radius,
         "generating_pin_circle_radius_mm": profile.trochoid.pin_circle_radius,
         "rated_torque_nm": record.case.torque / NEWTON_METRE,
@@ -59,10 +60,10 @@ def summary(record: DesignRecord) -> dict[str, Any]:
     }
 
 
-def _radial_clearance_um(record: DesignRecord) -> float:
-    nominal, ground = record.drive.trochoid, record.profile.trochoid
-    clearance = record.profile.pin_radius - record.drive.pin_radius
-    return round((clearance + nominal.pin_circle_radius - ground.pin_circle_radius) / UM, 9)
+def shown(value: float | None, digits: int = 4) -> str:
+    """A figure with ``digits`` significant digits, a dash where there is none."""
+    # Rounding errors of a perfect fit are shown as the zero they are.
+    return "–" if value is None else f"{0.0 if abs(value) < 1e-9 else value:.{digits}g}"
 
 
 def _sharing(sharing: LoadSharing) -> dict[str, Any]:

@@ -10,7 +10,7 @@ import numpy as np
 from cycloid_profile.arrays import ComplexArray, FloatArray
 from cycloid_profile.export.refine import refined
 from cycloid_profile.geometry.profile import ToothPoints, ToothProfile
-from cycloid_profile.geometry.sampling import piece_side, smooth_pieces
+from cycloid_profile.geometry.sampling import equidistribute, piece_side, smooth_pieces
 
 _FINE = 4096
 _CHECKS_PER_ARC = 5
@@ -81,9 +81,7 @@ def _through(profile: ToothProfile, a: float, b: float, count: int) -> Arcs:
     points = profile.at(grid, piece_side(a, b, grid))
     change = np.abs(np.gradient(points.curvature, grid)) / np.abs(points.first)
     density = np.cbrt(np.maximum(change, 0.02 * float(np.max(change)))) * np.abs(points.first)
-    integral = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(grid))])
-    psi = np.interp(np.linspace(0.0, integral[-1], count + 1), integral, grid)
-    psi[0], psi[-1] = a, b
+    psi = equidistribute(grid, density, count)
     return _biarcs(profile.at(psi, piece_side(a, b, psi)))
 
 

@@ -15,12 +15,13 @@ from cycloid_profile.arrays import ComplexArray
 from cycloid_profile.design.record import DesignRecord
 from cycloid_profile.errors import ExportError
 from cycloid_profile.export.deviation import deviation
-from cycloid_profile.export.spline import disc_splines, joined
+from cycloid_profile.export.refine import FIT_SHARE
+from cycloid_profile.export.spline import disc_splines, inside_spans, joined
 from cycloid_profile.export.written import WrittenFile
 from cycloid_profile.units import UM
 
 _DEGREE = 3  # LibreCAD draws no higher degree
-_FIT_SHARE = 0.8  # the fit aims below the promised tolerance
+_CHECKS_PER_SPAN = 5
 _MILLIMETRES = 4
 LAYERS = {"PROFILE": 7, "HOLES": 5, "CENTRE": 1}
 
@@ -37,7 +38,7 @@ class DxfExporter:
         import ezdxf
 
         tolerance = record.spec.export.chord_tolerance_um * UM
-        curve = joined(disc_splines(record.profile, _DEGREE, _FIT_SHARE * tolerance))
+        curve = joined(disc_splines(record.profile, _DEGREE, FIT_SHARE * tolerance))
         path = folder / self.filename
         with _repeatable_bytes():
             doc = ezdxf.new("R2010", units=_MILLIMETRES)
@@ -85,9 +86,7 @@ def read_dxf_profile(path: Path) -> tuple[ComplexArray, dict[str, int]]:
             " ",
         )
     tool = splines[0].construction_tool()
-    knots = np.unique(np.array(tool.knots()))
-    inner = (np.arange(5) + 0.5) / 5
-    parameters = (knots[:-1, np.newaxis] + np.diff(knots)[:, np.newaxis] * inner).ravel()
+    parameters = inside_spans(np.array(tool.knots()), _CHECKS_PER_SPAN)
     xyz = np.array([tuple(point) for point in tool.points(parameters.tolist())])
     points: ComplexArray = xyz[:, 0] + 1j * xyz[:, 1]
     first, last = splines[0].control_points[0], splines[0].control_points[-1]

@@ -12,6 +12,7 @@ import numpy as np
 from cycloid_profile.design.record import DesignRecord
 from cycloid_profile.export.biarc import Arcs, disc_arcs
 from cycloid_profile.export.deviation import deviation
+from cycloid_profile.export.refine import FIT_SHARE
 from cycloid_profile.export.text import plain_name
 from cycloid_profile.export.written import WrittenFile
 from cycloid_profile.units import UM
@@ -19,7 +20,6 @@ from cycloid_profile.units import UM
 DECIMALS = 5
 # Ends and centres are rounded, each by up to half a unit in x and in y.
 ROUNDING = math.sqrt(2.0) * 10.0**-DECIMALS
-_FIT_SHARE = 0.8
 _LEAD_RADIUS = 3.0  # mm
 _STRAIGHT = 1e-4  # 1/mm; flatter arcs are written as lines while they stay within a tenth of the tolerance
 _WORD = re.compile(r"([A-Z])(-?\d+\.?\d*)")
@@ -35,7 +35,7 @@ class GcodeExporter:
     def write(self, record: DesignRecord, folder: Path) -> WrittenFile:
         """Write, read back and measure the contour between lead-in and lead-out."""
         tolerance = record.spec.export.chord_tolerance_um * UM
-        arcs = _from_tip(disc_arcs(record.profile, _FIT_SHARE * tolerance), record)
+        arcs = _from_tip(disc_arcs(record.profile, FIT_SHARE * tolerance), record)
         path = folder / self.filename
         path.write_text("\n".join(_program(record, arcs, tolerance)) + "\n", encoding="ascii", newline="\n")
         contour, counts = read_gcode(path)
@@ -98,10 +98,10 @@ def _program(record: DesignRecord, arcs: Arcs, tolerance: float) -> list[str]:
         "(X Y IN MM FROM THE BORE AXIS, TOOTH ROOT 1 ON THE X AXIS, CLOCKWISE)",
         f"(ARCS WITHIN {tolerance / UM:.3f} MICROMETRE, {DECIMALS} DECIMALS)",
         "G17 G21 G40 G90 G91.1 G94",
-        f"G0 X{_n(far_in.real)} Y{_n(far_in.imag)}",
+        f"G0 {_xy(far_in)}",
         f"F{f'{feed:.3f}'.rstrip('0').rstrip('.')}",
         # A straight first move, because many controls refuse to start a radius compensation on an arc.
-        f"G1 X{_n(approach.real)} Y{_n(approach.imag)}",
+        f"G1 {_xy(approach)}",
     ]
     here = _rounded(approach)
     # The lead-in turns left onto the tip, seen from outside the disc.
@@ -110,19 +110,23 @@ def _program(record: DesignRecord, arcs: Arcs, tolerance: float) -> list[str]:
     for end, bend, centre in zip(arcs.ends[1:].tolist(), arcs.bend.tolist(), arcs.centres.tolist(), strict=True):
         sagitta = abs(bend) * abs(end - here) ** 2 / 8.0
         if abs(bend) < _STRAIGHT and sagitta < 0.1 * tolerance:
-            lines.append(f"G1 X{_n(end.real)} Y{_n(end.imag)}")
+            lines.append(f"G1 {_xy(end)}")
         else:
             lines.append(_arc("G2" if bend < 0.0 else "G3", here, end, centre))
         here = _rounded(end)
     lines.append(_arc("G3", here, leave, lead_centre))
-    lines.append(f"G1 X{_n(far_out.real)} Y{_n(far_out.imag)}")
+    lines.append(f"G1 {_xy(far_out)}")
     return [*lines, "M30", "%"]
 
 
 def _arc(code: str, here: complex, end: complex, centre: complex) -> str:
     # The centre is given from the rounded start, which is where the machine stands.
     offset = centre - here
-    return f"{code} X{_n(end.real)} Y{_n(end.imag)} I{_n(offset.real)} J{_n(offset.imag)}"
+    return f"{code} {_xy(end)} I{_n(offset.real)} J{_n(offset.imag)}"
+
+
+def _xy(z: complex) -> str:
+    return f"X{_n(z.real)} Y{_n(z.imag)}"
 
 
 def _n(value: float) -> str:

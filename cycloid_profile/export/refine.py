@@ -14,6 +14,7 @@ from cycloid_profile.export.deviation import distances
 from cycloid_profile.geometry.profile import ToothProfile
 
 _Curve = TypeVar("_Curve")
+FIT_SHARE = 0.8  # of the promised tolerance, which fits aim at
 _FIRST_COUNT, _GROWTH, _LARGEST_COUNT = 8, 1.12, 2000
 
 

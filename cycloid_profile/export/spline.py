@@ -44,9 +44,7 @@ class SplinePiece:
 
     def dense(self) -> ComplexArray:
         """Points inside every knot span, for measuring."""
-        edges = np.unique(self.knots)
-        inner = (np.arange(_CHECKS_PER_SPAN) + 0.5) / _CHECKS_PER_SPAN
-        return self.at((edges[:-1, np.newaxis] + np.diff(edges)[:, np.newaxis] * inner).ravel())
+        return self.at(inside_spans(self.knots, _CHECKS_PER_SPAN))
 
     def turned(self, angle: float) -> SplinePiece:
         """The piece turned about the disc's centre by ``angle`` [rad]."""
@@ -57,6 +55,14 @@ class SplinePiece:
         # Adding zero turns −0.0 into 0.0.
         control = np.asarray(np.round(self.control_points, _DECIMALS) + 0.0, dtype=np.complex128)
         return SplinePiece(self.degree, self.knots, control)
+
+
+def inside_spans(knots: FloatArray, per_span: int) -> FloatArray:
+    """Parameters evenly inside every knot span, ``per_span`` in each."""
+    edges = np.unique(knots)
+    inner = (np.arange(per_span) + 0.5) / per_span
+    parameters: FloatArray = (edges[:-1, np.newaxis] + np.diff(edges)[:, np.newaxis] * inner).ravel()
+    return parameters
 
 
 def lobe_splines(profile: ToothProfile, degree: int, tolerance: float) -> tuple[SplinePiece, ...]:

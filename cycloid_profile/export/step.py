@@ -12,6 +12,7 @@ from cycloid_profile.arrays import ComplexArray
 from cycloid_profile.design.record import DesignRecord
 from cycloid_profile.errors import ExportError
 from cycloid_profile.export.deviation import deviation
+from cycloid_profile.export.refine import FIT_SHARE
 from cycloid_profile.export.spline import SplinePiece, disc_splines
 from cycloid_profile.export.text import plain_name
 from cycloid_profile.export.written import WrittenFile
@@ -19,7 +20,6 @@ from cycloid_profile.geometry.outline import DiscOutline
 from cycloid_profile.units import UM
 
 _DEGREE = 5
-_FIT_SHARE = 0.8
 _TIMESTAMP = "2000-01-01T00:00:00"  # fixed, so that equal input gives equal bytes
 _CHECKS_PER_EDGE = 60
 
@@ -42,7 +42,7 @@ class StepExporter:
         """
         cad = _cad_kernel()
         tolerance = record.spec.export.chord_tolerance_um * UM
-        pieces = disc_splines(record.profile, _DEGREE, _FIT_SHARE * tolerance)
+        pieces = disc_splines(record.profile, _DEGREE, FIT_SHARE * tolerance)
         solid = _solid(cad, record.outline, pieces, record.drive.disc_width)
         solid.label = plain_name(record.spec.name)
         path = folder / self.filename

@@ -123,6 +123,15 @@ class Drive:
         return 1.0 + self.trochoid.pins / self.first_stage.tooth_ratio
 
 
+def set_up_amounts(drive: Drive, profile: ToothProfile) -> tuple[float, float]:
+    """Equidistant and radial-moving amounts of a ground tooth, read against the nominal drive [mm, mm].
+
+    Their sum is the radial clearance at root and tip: removals on the flanks vanish there.
+    """
+    equidistant = profile.pin_radius - drive.pin_radius
+    return equidistant, drive.trochoid.pin_circle_radius - profile.trochoid.pin_circle_radius
+
+
 def _refuse_not_positive(name: str, value: float, unit: str) -> None:
     if not (math.isfinite(value) and value > 0.0):
         raise GeometryError(name, f"{value} {unit}", "is not positive", f"give a {name} above zero")

@@ -82,18 +82,15 @@ class ToothProfile:
                 f"is not below the undercut limit {limit:.4f} mm",
                 "take thinner pins or a smaller eccentricity",
             )
-
         if self.removals:
             self._refuse_reversal()
 
     def _refuse_reversal(self) -> None:
         """A removal can turn the curve back on itself like an undercut, which the pin radius cannot tell."""
         psi = np.linspace(0.0, 2.0 * math.pi, _REVERSAL_GRID)
-        q = self.pin_radius + self.removal(psi).value
-        c = self.trochoid.pin_circle_radius / self.trochoid.lobes
-        forward = c * self.trochoid.speed_ratio(psi) + q * self.trochoid.turning_rate(psi)
+        forward = -(np.conj(self.trochoid.normal(psi)) * self.at(psi).first).imag
         if not float(np.min(forward)) > 0.0:
-            worst = float(q[int(np.argmin(forward))])
+            worst = self.pin_radius + float(self.removal(psi).value[int(np.argmin(forward))])
             raise GeometryError(
                 "pin_radius with removal",
                 f"{worst:.4f} mm",

@@ -53,7 +53,7 @@ class ChordTolerance:
         density = np.sqrt(bend / (8.0 * self.tolerance)) * arc_rate
         count = max(2, math.ceil(_total(psi, density)))
         while True:
-            nodes = _equidistribute(psi, density, count)
+            nodes = equidistribute(psi, density, count)
             if chord_error(profile, nodes) <= self.tolerance:
                 return nodes
             count = math.ceil(count * 1.02) + 1
@@ -130,7 +130,7 @@ def _total(psi: FloatArray, density: FloatArray) -> float:
     return float(np.trapezoid(density, psi))
 
 
-def _equidistribute(psi: FloatArray, density: FloatArray, count: int) -> FloatArray:
+def equidistribute(psi: FloatArray, density: FloatArray, count: int) -> FloatArray:
     """``count + 1`` phases between which the integral of ``density`` is equal; ends exact."""
     steps = 0.5 * (density[1:] + density[:-1]) * np.diff(psi)
     integral = np.concatenate([[0.0], np.cumsum(steps)])
@@ -151,5 +151,5 @@ def _spread(profile: ToothProfile, points_per_lobe: int, rate: Callable[[ToothPo
     for (a, b), count in zip(pieces, share, strict=True):
         psi = np.linspace(a, b, 8 * _FINE)
         density = rate(profile.at(psi, piece_side(a, b, psi)))
-        placed.append(_equidistribute(psi, density, count)[:-1])
+        placed.append(equidistribute(psi, density, count)[:-1])
     return np.concatenate(placed)

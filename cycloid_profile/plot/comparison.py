@@ -31,40 +31,37 @@ def normal_removal(record: DesignRecord, profile: ToothProfile, phase: FloatArra
 def profile_comparison(record: DesignRecord) -> Figure:
     """Above: removal along one lobe, unrolled. Below: the lobe about the disc's centre, removal magnified."""
     psi = np.linspace(-math.pi, math.pi, _POINTS)
-    curves = [("conventional modification", CONVENTIONAL, normal_removal(record, record.conventional, psi))]
+    curves = [("conventional modification", CONVENTIONAL, record.conventional)]
     if record.compensation is not None:
-        compensated = normal_removal(record, record.profile, psi)
-        curves.append(("with deformation compensation", COMPENSATED, compensated))
+        curves.append(("with deformation compensation", COMPENSATED, record.profile))
     with style():
         figure = new_figure(8.0, 7.4)
         unrolled, lobe = figure.subplots(2, 1, height_ratios=(1.3, 1.0))
         unrolled.plot(psi / DEGREE, np.zeros_like(psi), label="theory", **THEORY)
-        for label, look, removal in curves:
-            unrolled.plot(psi / DEGREE, removal / UM, label=label, **look)
+        for label, look, profile in curves:
+            unrolled.plot(psi / DEGREE, normal_removal(record, profile, psi) / UM, label=label, **look)
         phase_axis(unrolled)
         low, high = unrolled.get_ylim()
         unrolled.set_ylim(low, high + 0.32 * (high - low))
         unrolled.set_ylabel("material removed along the normal [µm]")
         unrolled.set_title("unrolled")
         unrolled.legend(loc="upper left")
-        _draw_lobe(lobe, record, psi, curves)
+        _draw_lobe(lobe, record, curves)
         figure.suptitle(f"{plain(record.spec.name)}: tooth against theory")
     return figure
 
 
-def _draw_lobe(
-    ax: Axes, record: DesignRecord, psi: FloatArray, curves: list[tuple[str, dict[str, Any], FloatArray]]
-) -> None:
+def _draw_lobe(ax: Axes, record: DesignRecord, curves: list[tuple[str, dict[str, Any], ToothProfile]]) -> None:
     # The lobe between two roots, tip up.
-    around = psi + math.pi
+    around = np.linspace(0.0, 2.0 * math.pi, _POINTS)
     theory = record.drive.theoretical_profile.at(around)
     upright = np.exp(1j * (0.5 * math.pi + math.pi / record.drive.trochoid.lobes))
     position, normal = theory.position * upright, theory.normal * upright
     ax.plot(position.real, position.imag, **THEORY)
-    factor = _magnification(record, max(float(np.max(np.abs(r))) for _, _, r in curves))
-    for _, look, removal in curves:
-        # Removal is given from tip to tip; the same values serve from root to root half a turn on.
-        drawn = position - factor * np.roll(removal[:-1], _POINTS // 2)[np.arange(_POINTS) % (_POINTS - 1)] * normal
+    removals = [normal_removal(record, profile, around) for _, _, profile in curves]
+    factor = _magnification(record, float(np.max(np.abs(removals))))
+    for (_, look, _), removal in zip(curves, removals, strict=True):
+        drawn = position - factor * removal * normal
         ax.plot(drawn.real, drawn.imag, **look)
     ax.set_aspect("equal", adjustable="box")
     ax.set(xlabel="x [mm]", ylabel="y [mm]", title=f"polar view of one lobe, removal × {factor}")

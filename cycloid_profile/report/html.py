@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from cycloid_profile.design.record import DesignRecord
-from cycloid_profile.design.summary import summary
+from cycloid_profile.design.summary import shown, summary
 from cycloid_profile.export.written import WrittenFile
 from cycloid_profile.plot.gallery import PICTURES
 from cycloid_profile.units import UM
@@ -26,7 +26,7 @@ def design_report(record: DesignRecord, written: list[WrittenFile], skipped: dic
         lstrip_blocks=True,
         undefined=jinja2.StrictUndefined,
     )
-    environment.filters["figures"] = _figures
+    environment.filters["figures"] = shown
     pictures = [(picture.caption, _inline(plots / f"{picture.name}.svg", picture.name)) for picture in PICTURES]
     return environment.get_template(TEMPLATE).render(
         s=summary(record), record=record, files=[_row(file) for file in written], skipped=skipped, pictures=pictures
@@ -41,11 +41,6 @@ def _row(file: WrittenFile) -> dict[str, Any]:
         "deviation": deviation,
         "reader": file.reader,
     }
-
-
-def _figures(value: float | None, digits: int = 4) -> str:
-    """A number with ``digits`` significant digits, a dash where there is none."""
-    return "–" if value is None else f"{0.0 if abs(value) < 1e-9 else value:.{digits}g}"
 
 
 def _inline(svg: Path, prefix: str) -> str:

@@ -10,6 +10,7 @@ from typing import Any
 import msgspec
 
 from cycloid_profile.spec.model import Spec, Table
+from cycloid_profile.units import ARCMIN
 
 _SEE = "see docs/spec.md"
 
@@ -19,7 +20,7 @@ _UNITS = {
     "m": ("length", 1e3), "in": ("length", 25.4), "inch": ("length", 25.4),
     "mpa": ("stress", 1e-3), "gpa": ("stress", 1.0), "pa": ("stress", 1e-9),
     "nm_torque": ("torque", 1.0), "nmm": ("torque", 1e-3),
-    "rad": ("angle", 10800 / 3.141592653589793), "deg": ("angle", 60.0), "arcmin": ("angle", 1.0),
+    "rad": ("angle", 1.0 / ARCMIN), "deg": ("angle", 60.0), "arcmin": ("angle", 1.0),
     "arcsec": ("angle", 1 / 60.0),
     "n_per_mm": ("stiffness", 1.0), "n_per_um": ("stiffness", 1e3), "n_per_m": ("stiffness", 1e-3),
 }  # fmt: skip
