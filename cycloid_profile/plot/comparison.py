@@ -63,6 +63,11 @@ def _draw_lobe(ax: Axes, record: DesignRecord, curves: list[tuple[str, dict[str,
     for (_, look, _), removal in zip(curves, removals, strict=True):
         drawn = position - factor * removal * normal
         ax.plot(drawn.real, drawn.imag, **look)
+    # Limits in whole micrometres, because the frame's shape, and so the file, follows them to the last bit.
+    half_width, low, high = float(np.max(position.real)), ax.dataLim.y0, ax.dataLim.y1
+    margin = 0.05 * (high - low)
+    ax.set_xlim(-round(1.1 * half_width, 3), round(1.1 * half_width, 3))
+    ax.set_ylim(round(low - margin, 3), round(high + margin, 3))
     ax.set_aspect("equal", adjustable="box")
     ax.set(xlabel="x [mm]", ylabel="y [mm]", title=f"polar view of one lobe, removal × {factor}")
 

@@ -47,8 +47,8 @@ def convergence(record: DesignRecord) -> Figure:
             fontsize=9,
             transform=left.get_yaxis_transform(),
         )
-        left.set(xlabel="iteration", ylabel="relative error of the largest force", title="load sharing")
-        left.set_ylim(3e-14, 20.0)
+        left.set(xlabel="iteration", ylabel="relative error of the largest force, to 1e-10", title="load sharing")
+        left.set_ylim(3e-11, 20.0)
         left.minorticks_off()
         left.legend(loc="upper right")
         _rounds(right, record)
@@ -58,19 +58,22 @@ def convergence(record: DesignRecord) -> Figure:
 
 def _relative_error(sharing: LoadSharing) -> FloatArray:
     force = np.array([step[0] for step in sharing.history])
-    # The floor keeps an exact end on the logarithmic axis.
-    error: FloatArray = np.maximum(np.abs(force / force[-1] - 1.0), 1e-13)
-    return error
+    return _drawable(np.abs(force / force[-1] - 1.0), 1e-10)
+
+
+def _drawable(values: FloatArray, floor: float) -> FloatArray:
+    """Values for a logarithmic axis, to three digits and not below ``floor``: under it rounding errors rule."""
+    return np.array([float(f"{max(value, floor):.2e}") for value in values.tolist()])
 
 
 def _rounds(ax: Axes, record: DesignRecord) -> None:
-    ax.set(xlabel="round", ylabel="change of δmax [nm]", title="deformation compensation")
+    ax.set(xlabel="round", ylabel="change of δmax [nm], to 0.001 nm", title="deformation compensation")
     if record.compensation is None or record.compensation.sharing is None:
         ax.text(0.5, 0.5, "no iteration: δmax was not sought", ha="center", transform=ax.transAxes, color=GREY)
         ax.set(xticks=[], yticks=[])
         return
     history = np.array([0.0, *record.compensation.history])
-    change = np.maximum(np.abs(np.diff(history)) / NM, 1e-7)
+    change = _drawable(np.abs(np.diff(history)) / NM, 1e-3)
     rounds = np.arange(1, change.size + 1)
     ax.semilogy(rounds, change, "D-", color=ORANGE, markersize=5, linewidth=1.0)
     for i, delta in zip(rounds.tolist(), history[1:].tolist(), strict=True):
