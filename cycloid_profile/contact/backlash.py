@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cycloid_profile.arrays import FloatArray
+from cycloid_profile.arrays import ArrayLike, BoolArray, FloatArray
 from cycloid_profile.contact.gap import Gaps, gaps
 from cycloid_profile.contact.meshing import Meshing, mesh, mesh_cycle
 from cycloid_profile.contact.support import crank_turn_per_carrier_turn
@@ -16,7 +16,8 @@ from cycloid_profile.geometry.drive import Drive
 from cycloid_profile.geometry.profile import ToothProfile
 
 _MAX_STEPS = 40
-_SETTLED = 1e-13  # rad
+# A gap of this share of the pin circle is rounding.
+_ROUNDING = 1.5e-15
 # A pin near root or tip has almost no lever: turning cannot open or close its gap.
 _LEAST_REACH = 0.05
 OVERLAP_TOLERANCE = 1e-5  # mm; 10 nm of overlap no ground tooth can show, and no drive binds by it
@@ -27,12 +28,12 @@ class Touch:
     """Disc turned until its first pin touches.
 
     ``rotation`` shape (poses, discs), signed [rad]; ``gaps`` there, shape (poses, discs, pins);
-    ``settled`` is True where the iteration ended at a touch.
+    ``settled`` shape (poses, discs), True where the iteration ended at a touch.
     """
 
     rotation: FloatArray
     gaps: Gaps
-    settled: bool
+    settled: BoolArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,22 +69,27 @@ class Backlash:
         return self.least_gap < -OVERLAP_TOLERANCE
 
 
-def first_touch(profile: ToothProfile, pin_radius: float, meshing: Meshing, direction: float) -> Touch:
-    """Turn each disc by itself in ``direction`` (±1) until a pin touches, exactly.
+def first_touch(profile: ToothProfile, pin_radius: float, meshing: Meshing, direction: ArrayLike) -> Touch:
+    """Turn each disc by itself in ``direction`` (±1, broadcast to poses × discs) until a pin touches, exactly.
 
     Each step closes the smallest gap/lever, which converges quadratically because the levers hardly
     change. Where disc and pins overlap to begin with, the rotation is against ``direction``.
     """
     rotation = np.zeros(meshing.phase.shape[:-1])
-    settled = False
+    way = np.broadcast_to(np.asarray(direction, dtype=np.float64), rotation.shape)
+    foot: FloatArray | None = None
+    rounding = _ROUNDING * profile.trochoid.pin_circle_radius
     for _ in range(_MAX_STEPS):
-        found = gaps(profile, pin_radius, meshing, rotation=rotation)
-        step = np.min(closing_turn(profile, found.gap, direction * found.lever), axis=-1)
-        rotation = rotation + direction * step
-        if float(np.max(np.abs(step))) < _SETTLED:
-            settled = True
+        found = gaps(profile, pin_radius, meshing, rotation=rotation, start=foot)
+        foot = found.foot
+        turn = closing_turn(profile, found.gap, way[..., np.newaxis] * found.lever)
+        first = np.argmin(turn, axis=-1)[..., np.newaxis]
+        step, left = (np.take_along_axis(value, first, axis=-1)[..., 0] for value in (turn, found.gap))
+        settled = (np.abs(left) < rounding) & np.isfinite(step) & ~np.any(np.isnan(found.gap), axis=-1)
+        if np.all(settled):
             break
-    return Touch(rotation, gaps(profile, pin_radius, meshing, rotation=rotation), settled)
+        rotation = rotation + way * np.where(settled | ~np.isfinite(step), 0.0, step)
+    return Touch(rotation, found, settled)
 
 
 def closing_turn(profile: ToothProfile, gap: FloatArray, arm: FloatArray) -> FloatArray:
@@ -106,7 +112,7 @@ def backlash(drive: Drive, profile: ToothProfile, poses: int = 24) -> Backlash:
 
 def _settled_touch(profile: ToothProfile, drive: Drive, meshing: Meshing, direction: float) -> FloatArray:
     touch = first_touch(profile, drive.pin_radius, meshing, direction)
-    if not touch.settled:
+    if not np.all(touch.settled):
         raise SolveError(
             "first touch", "not found", f"within {_MAX_STEPS} steps", "check the modification amounts", " "
         )

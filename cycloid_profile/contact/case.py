@@ -6,13 +6,11 @@ import math
 from dataclasses import dataclass, field
 
 from cycloid_profile.arrays import FloatArray
-from cycloid_profile.contact.hertz import ContactLaw, LineContact, Material, Roark
+from cycloid_profile.contact.hertz import STEEL, ContactLaw, LineContact, Material
+from cycloid_profile.contact.laws import Roark
 from cycloid_profile.errors import LoadError
 from cycloid_profile.geometry.drive import Drive
 from cycloid_profile.geometry.profile import ToothProfile
-
-STEEL = Material(206_000.0, 0.3)
-
 
 @dataclass(frozen=True, slots=True)
 class LoadCase:
@@ -65,6 +63,7 @@ class LoadCase:
             width=self.drive.disc_width,
             pin_radius=self.drive.pin_radius,
             curvature=curvature,
-            compliance=self.compliance,
+            disc=self.disc_material,
+            pin=self.pin_material,
             radius_cap=self.drive.trochoid.pin_circle_radius,
         )

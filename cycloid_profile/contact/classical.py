@@ -15,7 +15,7 @@ from cycloid_profile.arrays import FloatArray
 from cycloid_profile.contact.backlash import OVERLAP_TOLERANCE, first_order_backlash
 from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.contact.hertz import LineContact
-from cycloid_profile.contact.sharing import LoadSharing, Status
+from cycloid_profile.contact.sharing import STATUSES, LoadSharing, Status
 from cycloid_profile.geometry.drive import set_up_amounts
 
 
@@ -48,20 +48,31 @@ class Classical:
             status = Status.INTERFERENCE
         approach = np.maximum(delta * reach - gap, 0.0)
         forces = force * approach / delta
+        stiffness = np.where(approach > 0.0, force / delta, 0.0)
+        turn = math.copysign(delta / trochoid.longest_lever, case.torque)
+
+        def one_pose(value: FloatArray) -> FloatArray:
+            return value[np.newaxis, np.newaxis]
+
         return LoadSharing(
             case=case,
             solver="classical",
-            phase=psi[np.newaxis],
-            gap=gap[np.newaxis],
-            approach=approach[np.newaxis],
-            force=forces[np.newaxis],
-            pressure=contact.peak_pressure(forces)[np.newaxis],
-            lever=lever[np.newaxis],
-            rotation=np.array([delta / trochoid.longest_lever]),
+            crank_angle=np.zeros(1),
+            torque=np.array([case.torque]),
+            phase=one_pose(psi),
+            gap=one_pose(gap),
+            approach=one_pose(approach),
+            force=one_pose(forces),
+            pressure=one_pose(contact.peak_pressure(forces)),
+            lever=one_pose(lever),
+            pin_stiffness=one_pose(stiffness),
+            rotation=np.array([turn]),
+            touch=np.zeros(1),
+            torsional_stiffness=np.array([np.sum(stiffness * lever**2) / case.disc_share]),
+            residual=np.array([residual]),
+            outcome=np.array([STATUSES.index(status)]),
             max_force=force,
             delta_max=delta,
-            status=status,
-            residual=residual,
             history=tuple(history),
         )
 

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from cycloid_profile.arrays import FloatArray
+from cycloid_profile.arrays import ArrayLike, FloatArray
 from cycloid_profile.contact.backlash import OVERLAP_TOLERANCE, first_touch
+from cycloid_profile.contact.batch import over_blocks, poses_and_torques
 from cycloid_profile.contact.case import LoadCase
-from cycloid_profile.contact.hertz import LineContact
+from cycloid_profile.contact.hertz import ContactLaw, LineContact
 from cycloid_profile.contact.meshing import mesh, mesh_cycle
-from cycloid_profile.contact.sharing import LoadSharing, Status
+from cycloid_profile.contact.sharing import STATUSES, LoadSharing, Status, joined
+
+# A pin with less than this share of the longest lever hardly turns the disc.
+_LONG_ARM = 0.5
+_POSES_PER_BLOCK = 1024
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,59 +34,127 @@ class Equilibrium:
     max_iterations: int = 60
 
     def solve(self, case: LoadCase) -> LoadSharing:
-        """Load on the pins of one disc that carries its ideal share of the torque."""
-        trochoid = case.drive.trochoid
-        direction = math.copysign(1.0, case.torque)
-        meshing = mesh(trochoid, mesh_cycle(trochoid, self.poses))
-        touch = first_touch(case.profile, case.drive.pin_radius, meshing, direction)
+        """Load on the pins of one disc that carries its ideal share of the torque, over one mesh cycle."""
+        return self.at(case, mesh_cycle(case.drive.trochoid, self.poses))
+
+    def at(self, case: LoadCase, crank_angle: ArrayLike, torque: ArrayLike | None = None) -> LoadSharing:
+        """The same at crank angles [rad], under ``torque`` on the output [N·mm] or that of the case.
+
+        Crank angles and torques are broadcast to poses; the answer of a pose does not depend on the others.
+        Raises ``LoadError`` if one is not finite or a torque is zero.
+        """
+        return joined(list(self.blocks(case, crank_angle, torque)))
+
+    def blocks(self, case: LoadCase, crank_angle: ArrayLike, torque: ArrayLike | None = None) -> Iterator[LoadSharing]:
+        """The same, a block of poses at a time in order: for more poses than the memory holds pins of."""
+        phi, T = poses_and_torques(crank_angle, case.torque if torque is None else torque)
+        return over_blocks(lambda cut: self._block(case, phi[cut], T[cut]), phi.size, _POSES_PER_BLOCK)
+
+    def _block(self, case: LoadCase, crank_angle: FloatArray, torque: FloatArray) -> LoadSharing:
+        longest = case.drive.trochoid.longest_lever
+        direction = np.sign(torque)
+        meshing = mesh(case.drive.trochoid, crank_angle)
+        touch = first_touch(case.profile, case.drive.pin_radius, meshing, direction[:, np.newaxis])
         found = touch.gaps
         # Rounding leaves the touching gap a few 1e-16 either side of zero.
-        gap, lever = np.maximum(found.gap[:, 0], 0.0), direction * found.lever[:, 0]
+        gap, lever = np.maximum(found.gap[:, 0], 0.0), direction[:, np.newaxis] * found.lever[:, 0]
         contact = case.line_contact(found.curvature[:, 0])
-        disc_torque = abs(case.torque) / case.drive.discs
-
-        beta = _upper_bound(case, contact, gap, lever, disc_torque)
-        history: list[tuple[float, float]] = []
-        status, residual = Status.NOT_CONVERGED, math.inf
-        for _ in range(self.max_iterations):
-            approach = np.maximum(beta[:, np.newaxis] * lever - gap, 0.0)
-            force = case.law.force(approach, contact)
-            moment = np.sum(force * lever, axis=-1)
-            residual = float(np.max(np.abs(moment / disc_torque - 1.0)))
-            history.append((float(np.max(force)), float(np.max(beta)) * trochoid.longest_lever))
-            if residual < self.tolerance:
-                status = Status.CONVERGED
-                break
-            stiffness = np.where(approach > 0.0, case.law.stiffness(force, contact), 0.0)
-            # The carried moment is convex and rising in β: Newton from above descends without overshoot.
-            beta = beta - (moment - disc_torque) / np.sum(stiffness * lever**2, axis=-1)
-        if not touch.settled:
-            status = Status.NO_CONTACT
-        elif float(np.min(found.gap)) < -OVERLAP_TOLERANCE:
-            status = Status.INTERFERENCE
+        answer = balance_moments(
+            case.law, contact, gap, lever, np.abs(torque) / case.drive.discs, self.tolerance, self.max_iterations
+        )
+        outcome = np.full(len(torque), STATUSES.index(Status.CONVERGED))
+        outcome[np.min(found.gap, axis=(1, 2)) < -OVERLAP_TOLERANCE] = STATUSES.index(Status.INTERFERENCE)
+        outcome[~(answer.residual < self.tolerance)] = STATUSES.index(Status.NOT_CONVERGED)
+        outcome[~touch.settled[:, 0]] = STATUSES.index(Status.NO_CONTACT)
+        turned = touch.rotation[:, 0]
         return LoadSharing(
             case=case,
             solver="equilibrium",
-            phase=direction * meshing.phase[:, 0],
-            gap=gap,
-            approach=approach,
-            force=force,
-            pressure=contact.peak_pressure(force),
-            lever=lever,
-            rotation=beta,
-            max_force=float(np.max(force)),
-            delta_max=float(np.max(beta)) * trochoid.longest_lever,
-            status=status,
-            residual=residual,
-            history=tuple(history),
+            crank_angle=crank_angle,
+            torque=torque,
+            phase=direction[:, np.newaxis, np.newaxis] * meshing.phase,
+            gap=gap[:, np.newaxis],
+            approach=answer.approach[:, np.newaxis],
+            force=answer.force[:, np.newaxis],
+            pressure=case.law.peak_pressure(answer.force, contact)[:, np.newaxis],
+            lever=lever[:, np.newaxis],
+            pin_stiffness=answer.stiffness[:, np.newaxis],
+            rotation=turned + direction * answer.rotation,
+            touch=turned,
+            torsional_stiffness=case.drive.discs * np.sum(answer.stiffness * lever**2, axis=-1),
+            residual=answer.residual,
+            outcome=outcome,
+            max_force=float(np.max(answer.force)),
+            delta_max=float(np.max(answer.rotation)) * longest,
+            history=tuple((force, turn * longest) for force, turn in answer.history),
         )
 
 
-def _upper_bound(case: LoadCase, contact: LineContact, gap: FloatArray, lever: FloatArray, torque: float) -> FloatArray:
+@dataclass(frozen=True, slots=True)
+class MomentBalance:
+    """Rotation beyond touch, shape (poses,) [rad], and the pins there, shape (poses, pins).
+
+    ``residual`` shape (poses,), relative; ``history`` the largest force [N] and rotation [rad] of each step.
+    """
+
+    rotation: FloatArray
+    approach: FloatArray
+    force: FloatArray
+    stiffness: FloatArray
+    residual: FloatArray
+    history: tuple[tuple[float, float], ...]
+
+
+def balance_moments(
+    law: ContactLaw,
+    contact: LineContact,
+    gap: FloatArray,
+    lever: FloatArray,
+    torque: FloatArray,
+    tolerance: float = 1e-12,
+    max_iterations: int = 60,
+) -> MomentBalance:
+    """Rotations β with Σ F_i(β l_i − Δ_i) l_i = ``torque``, shape (poses,) [N·mm].
+
+    ``gap`` Δ ≥ 0 [mm] and ``lever`` l [mm] have shape (poses, pins), as has the curvature of ``contact``.
+    """
+    beta = _upper_bound(law, contact, gap, lever, torque)
+    # Pins that the first, largest rotation does not reach never carry: the rest of the work leaves them out.
+    pose, pin = np.nonzero(beta[:, np.newaxis] * lever > gap)
+    arm, wait, reached = lever[pose, pin], gap[pose, pin], contact.at((pose, pin))
+    poses = len(beta)
+    approach, force, stiffness = (np.zeros_like(arm) for _ in range(3))
+    residual = np.full(poses, np.inf)
+    history: list[tuple[float, float]] = []
+    for _ in range(max_iterations):
+        approach = np.maximum(beta[pose] * arm - wait, 0.0)
+        force, stiffness, _ = law.response(np.maximum(approach, _LEAST_APPROACH), reached)
+        force, stiffness = np.where(approach > 0.0, force, 0.0), np.where(approach > 0.0, stiffness, 0.0)
+        moment = np.bincount(pose, force * arm, poses)
+        residual = np.abs(moment / torque - 1.0)
+        history.append((float(np.max(force, initial=0.0)), float(np.max(beta))))
+        moving = ~(residual < tolerance)
+        if not np.any(moving):
+            break
+        # The carried moment is convex and rising in β: Newton from above descends without overshoot.
+        step = (moment - torque) / np.bincount(pose, stiffness * arm**2, poses)
+        beta = np.where(moving, beta - step, beta)
+    whole = [np.zeros_like(gap) for _ in range(3)]
+    for array, part in zip(whole, (approach, force, stiffness), strict=True):
+        array[pose, pin] = part
+    return MomentBalance(beta, *whole, residual, tuple(history))
+
+
+_LEAST_APPROACH = 1e-30  # mm; stands in for none where a law divides by it
+
+
+def _upper_bound(
+    law: ContactLaw, contact: LineContact, gap: FloatArray, lever: FloatArray, torque: FloatArray
+) -> FloatArray:
     """Rotation at which one pin alone would carry all, least over the pins, shape (poses,) [rad]."""
     # Pins with a short lever are left out: alone they would need a force no contact law covers.
-    long_arm = 0.5 * np.max(lever, axis=-1, keepdims=True)
+    long_arm = _LONG_ARM * np.max(lever, axis=-1, keepdims=True)
     arm = np.maximum(lever, long_arm)
-    alone = (gap + case.law.approach(torque / arm, contact)) / arm
+    alone = (gap + law.approach(torque[:, np.newaxis] / arm, contact)) / arm
     bound: FloatArray = np.min(np.where(lever >= long_arm, alone, np.inf), axis=-1)
     return bound

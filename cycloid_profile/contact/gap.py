@@ -3,29 +3,38 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
-from cycloid_profile.arrays import ArrayLike, ComplexArray, FloatArray
+from cycloid_profile.arrays import ArrayLike, BoolArray, ComplexArray, FloatArray, IntArray
 from cycloid_profile.contact.meshing import Meshing
 from cycloid_profile.geometry.profile import ToothProfile
 from cycloid_profile.geometry.removal import flank_side
 
 _MAX_STEPS = 60
-# Near the root the tooth bends almost like the pin, and a pin beyond the centre of curvature has a foot on
-# either side: starts this far out find both.
-_ROOT_REACH, _ROOT_STARTS = 0.8, (-0.3, 0.3)  # rad
+# A last step this small is followed along the tangent, which errs by its square.
+_LAST_STEP = 1e-8  # rad
 _STEP_LIMIT = 0.2  # rad; keeps Newton on the lobe it started from
+# Where the tooth bends almost like the pin, a pin has feet further off than its own phase: starts this far
+# out on either side find them.
+_REACH = 0.8  # rad from a root
+_STARTS = (-0.3, 0.3)  # rad
+# A wave on the flank can put a foot on each of its flanks, within the width of the pin's bed.
+_BED = 0.35  # rad
+_MOST_STARTS = 81
 
 
 @dataclass(frozen=True, slots=True)
 class Gaps:
     """Gaps between pins and disc with the contact frame, all of one shape (…, pins).
 
-    ``gap`` [mm], negative where they overlap; ``foot`` phase of the foot point [rad]; ``normal`` outward
-    unit normal in the housing frame (complex); ``lever`` arm of the normal about the disc centre, positive
-    where an anticlockwise disc closes the gap [mm]; ``curvature`` of the tooth at the foot [1/mm].
+    ``gap`` [mm], negative where they overlap, NaN where no foot was found; ``foot`` phase of the foot point
+    [rad]; ``normal`` outward unit normal in the housing frame (complex); ``lever`` arm of the normal about
+    the disc centre, positive where an anticlockwise disc closes the gap [mm]; ``curvature`` of the tooth at
+    the foot [1/mm].
     """
 
     gap: FloatArray
@@ -34,101 +43,205 @@ class Gaps:
     lever: FloatArray
     curvature: FloatArray
 
+    @staticmethod
+    def of_discs(discs: list[Gaps]) -> Gaps:
+        """Gaps of several discs, each of shape (poses, 1, pins), as one of shape (poses, discs, pins)."""
+        joined = ([getattr(disc, field.name) for disc in discs] for field in fields(Gaps))
+        return Gaps(*(np.concatenate(parts, axis=1) for parts in joined))
+
+    def put(self, poses: IntArray, others: Gaps) -> None:
+        """Write the gaps of some poses, found anew, in their place."""
+        for field in fields(Gaps):
+            getattr(self, field.name)[poses] = getattr(others, field.name)
+
+
+class _Foot(NamedTuple):
+    """Foot points: phase, flank (±1, None on a tooth without corners), the point itself, the way from it to
+    the pin [mm], on which side of the curve the pin is (±1), curvature [1/mm].
+    """
+
+    phase: FloatArray
+    side: FloatArray | None
+    position: ComplexArray
+    away: ComplexArray
+    outside: FloatArray
+    curvature: FloatArray
+
+    @property
+    def distance(self) -> FloatArray:
+        return self.outside * np.abs(self.away)
+
 
 def gaps(
     profile: ToothProfile,
-    pin_radius: float,
+    pin_radius: ArrayLike,
     meshing: Meshing,
     displacement: ComplexArray | complex = 0.0,
     rotation: ArrayLike = 0.0,
+    pin_shift: ComplexArray | complex = 0.0,
+    start: FloatArray | None = None,
 ) -> Gaps:
     """Gap of every pin for discs moved by ``displacement`` [mm, complex] and ``rotation`` [rad].
 
-    Shapes as in ``Meshing.pin_in_lobe``. The result is exact to rounding: |p − P(ψ*)| − r_rp with the
-    foot ψ* where (p − P)·P' = 0.
+    Shapes, and ``pin_shift``, as in ``Meshing.pin_in_lobe``; ``pin_radius`` is one for all or one for each
+    pin [mm]. ``start`` is a phase near each foot, such as the foot before a small move; the pin's own phase when None. The
+    result is exact to rounding: |p − P(ψ*)| − r_rp with the foot ψ* where (p − P)·P' = 0.
     """
     turn = np.asarray(rotation, dtype=np.float64)
-    centre = meshing.pin_in_lobe(displacement, turn)
-    foot, side = nearest_foot(profile, centre, meshing.phase)
-    point = profile.at(foot, side)
+    centre = meshing.pin_in_lobe(displacement, turn, pin_shift)
+    lobe = None if profile.lobes_alike else meshing.lobe
+    foot = _nearest(profile, centre, meshing.phase if start is None else start, lobe)
     # The pin's own direction, not the curve's normal: they differ where the foot is a corner.
-    away = centre - point.position
-    outside = np.where((np.conj(point.normal) * away).real < 0.0, -1.0, 1.0)
-    distance = outside * np.abs(away)
-    normal = away / distance
+    distance = foot.distance
+    with np.errstate(invalid="ignore"):  # a foot that was not found is NaN, and stays so
+        normal = foot.away / distance
     outward = normal * np.exp(1j * turn)[..., np.newaxis] * np.conj(meshing.into_lobe)
     return Gaps(
         gap=distance - pin_radius,
-        foot=foot,
+        foot=foot.phase,
         normal=outward,
-        lever=(np.conj(point.position) * normal).imag,
-        curvature=point.curvature,
+        lever=foot.position.real * normal.imag - foot.position.imag * normal.real,
+        curvature=foot.curvature,
     )
 
 
-def nearest_foot(profile: ToothProfile, centre: ComplexArray, start: FloatArray) -> tuple[FloatArray, FloatArray]:
+def nearest_foot(
+    profile: ToothProfile, centre: ComplexArray, start: FloatArray, lobe: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray]:
     """Phase of the foot point nearest to ``centre``, and its flank (±1), in the shape of ``centre``.
 
     Where a pin can have several feet all are sought and the nearest is taken: on both flanks beside a
-    corner, and on both sides of a root.
+    corner, on both sides of a root, and on every wave of a measured curve. NaN where Newton finds none.
     """
-    side = flank_side(start)
-    foot = _foot_on(profile, centre, start, side)
-    if profile.corners:
-        foot, side = _nearer(profile, centre, (foot, side), (_foot_on(profile, centre, start, -side), -side))
+    foot = _nearest(profile, centre, start, lobe)
+    return foot.phase, flank_side(foot.phase) if foot.side is None else foot.side
+
+
+def _nearest(profile: ToothProfile, centre: ComplexArray, start: FloatArray, lobe: FloatArray | None) -> _Foot:
+    side = _flank(profile, start)
+    best = _foot_on(profile, centre, start, side, lobe)
+    if side is not None:
+        best = _nearer(best, _foot_on(profile, centre, start, -side, lobe))
+    beds, offsets = _beds(profile)
+    bed = beds[0] if lobe is None else beds[np.mod(lobe, len(beds)).astype(np.intp)]
+    # A point nearer to a foot than the least concave radius has no other foot there.
+    beyond = ~(np.abs(best.away) < bed)
     from_root = start - 2.0 * math.pi * np.round(start / (2.0 * math.pi))
-    beyond = np.abs(centre - profile.at(foot, side).position) > _root_radius(profile)
-    at_root = beyond & (np.abs(from_root) < _ROOT_REACH)
-    if np.any(at_root):
-        here, best = centre[at_root], (foot[at_root], side[at_root])
-        for offset in _ROOT_STARTS:
-            begin = (start - from_root)[at_root] + offset
-            flank = flank_side(begin)
-            best = _nearer(profile, here, best, (_foot_on(profile, here, begin, flank), flank))
-        foot, side = foot.copy(), side.copy()
-        foot[at_root], side[at_root] = best
-    return foot, side
+    if offsets is None:
+        beyond &= np.abs(from_root) < _REACH
+    if not np.any(beyond):
+        return best
+    found = _Foot(*(None if field is None else field[beyond] for field in best))
+    for begin in _further_starts(profile, centre, start, from_root, lobe, beyond, offsets):
+        at_lobe = None if lobe is None else np.broadcast_to(lobe, centre.shape)[beyond]
+        found = _nearer(found, _foot_on(profile, centre[beyond], begin, _flank(profile, begin), at_lobe))
+    best = _Foot(*(None if field is None else field.copy() for field in best))
+    for whole, part in zip(best, found, strict=True):
+        if whole is not None:
+            whole[beyond] = part
+    return best
 
 
-def _root_radius(profile: ToothProfile) -> float:
-    """Least concave radius near the root [mm]: a point nearer than this to a foot has no other foot there."""
-    psi = np.linspace(0.0, _ROOT_REACH, 65)
-    bend = float(np.max(profile.at(psi, np.ones_like(psi)).curvature))
-    return 0.999 / bend if bend > 0.0 else math.inf
-
-
-def _nearer(
+def _further_starts(
     profile: ToothProfile,
     centre: ComplexArray,
-    one: tuple[FloatArray, FloatArray],
-    other: tuple[FloatArray, FloatArray],
-) -> tuple[FloatArray, FloatArray]:
-    """Of two candidate feet (phase, flank) the nearer, element by element; the first where they tie."""
-    near, far = (np.abs(centre - profile.at(foot, side).position) for foot, side in (one, other))
-    swap = far < near - 1e-15
-    return np.where(swap, other[0], one[0]), np.where(swap, other[1], one[1])
+    start: FloatArray,
+    from_root: FloatArray,
+    lobe: FloatArray | None,
+    beyond: BoolArray,
+    offsets: FloatArray | None,
+) -> list[FloatArray]:
+    """Phases from which to look for nearer feet, each in the shape of the pins ``beyond``."""
+    if offsets is None:
+        # Feet beside a root lie at fixed phases, wherever the pin stands.
+        return [(start - from_root)[beyond] + offset for offset in _STARTS]
+    here, at_lobe = centre[beyond], None if lobe is None else np.broadcast_to(lobe, centre.shape)[beyond]
+    nearest, begin = np.full(here.shape, np.inf), start[beyond].copy()
+    for offset in offsets:
+        psi = start[beyond] + offset
+        distance = np.abs(here - profile.at(psi, _flank(profile, psi), at_lobe).position)
+        begin = np.where(distance < nearest, psi, begin)
+        nearest = np.minimum(distance, nearest)
+    return [begin]
 
 
-def _foot_on(profile: ToothProfile, centre: ComplexArray, start: FloatArray, side: FloatArray) -> FloatArray:
+def _flank(profile: ToothProfile, phase: FloatArray) -> FloatArray | None:
+    """Flank to keep to, None where the tooth has no corner between flanks."""
+    return flank_side(phase) if profile.corners else None
+
+
+@lru_cache(maxsize=64)
+def _beds(profile: ToothProfile) -> tuple[FloatArray, FloatArray | None]:
+    """Least concave radius where a second foot could lie, for each lobe that differs [mm]; and the offsets at
+    which to look along a curve given by points, close enough for its shortest wave, None without one [rad].
+    """
+    spacing = [removal.spacing for removal in profile.removals if removal.spacing is not None]
+    if spacing:
+        psi = np.linspace(-math.pi, math.pi, max(65, math.ceil(4.0 * math.pi / min(spacing))))
+        side = flank_side(psi)
+        count = min(_MOST_STARTS, 2 * math.ceil(_BED / min(spacing)) + 1)
+        offsets = np.linspace(-_BED, _BED, count)
+    else:
+        psi, offsets = np.linspace(0.0, _REACH, 65), None
+        side = np.ones_like(psi)
+    lobes = 1 if profile.lobes_alike else profile.trochoid.lobes
+    lobe = np.arange(float(lobes))[:, np.newaxis]
+    bend = profile.at(*np.broadcast_arrays(psi, side, lobe)).curvature
+    least = 0.999 / np.maximum(np.max(bend, axis=1), 1e-300)
+    return least, offsets
+
+
+def _nearer(one: _Foot, other: _Foot) -> _Foot:
+    """Of two candidate feet the nearer, element by element; the first where they tie."""
+    near, far = np.abs(one.away), np.abs(other.away)
+    swap: BoolArray = (far < near - 1e-15) | (np.isnan(near) & ~np.isnan(far))
+    if not np.any(swap):
+        return one
+    return _Foot(*(None if a is None else np.where(swap, b, a) for a, b in zip(one, other, strict=True)))
+
+
+def _foot_on(
+    profile: ToothProfile, centre: ComplexArray, start: FloatArray, side: FloatArray | None, lobe: FloatArray | None
+) -> _Foot:
     """Newton from ``start``; with corners it stays within the flank ``side``."""
-    low, high = np.asarray(-math.inf), np.asarray(math.inf)
+    low = high = None
     psi = start
-    if profile.corners:
+    if side is not None:
         # The flank next to the start: [0, π] or [−π, 0], moved by a turn where the start lies past a tip.
         middle = start - side * (0.5 * math.pi)
         middle = side * (0.5 * math.pi) + 2.0 * math.pi * np.round(middle / (2.0 * math.pi))
         low, high = middle - 0.5 * math.pi, middle + 0.5 * math.pi
         psi = np.clip(start, low, high)
     for _ in range(_MAX_STEPS):
-        point = profile.at(psi, side)
-        away = np.conj(centre - point.position)
-        slope = (away * point.first).real
-        bend = (away * point.second).real - np.abs(point.first) ** 2
+        point = profile.at(psi, side, lobe)
+        # In the frame of the trochoid the curve runs along −i, and against 1 where it recedes.
+        way = np.conj(point.frame) * (centre - point.position)
+        out, across, g = way.real, way.imag, point.along
+        if point.rise is None or point.rise_rate is None:
+            speed2 = g * g
+            slope = -g * across
+            bend = out * (point.turn * g) - across * point.along_rate - speed2
+        else:
+            speed2 = g * g + point.rise * point.rise
+            slope = -g * across - point.rise * out
+            bend = (
+                out * (point.turn * g - point.rise_rate)
+                - across * (point.along_rate + point.turn * point.rise)
+                - speed2
+            )
         # Where the distance is not convex the full Newton step would run to a farthest point.
-        step = -slope / np.where(bend < 0.0, bend, -(np.abs(point.first) ** 2))
-        nxt = np.clip(psi + np.clip(step, -_STEP_LIMIT, _STEP_LIMIT), low, high)
-        moved = float(np.max(np.abs(nxt - psi), initial=0.0))
+        step = np.clip(-slope / np.where(bend < 0.0, bend, -speed2), -_STEP_LIMIT, _STEP_LIMIT)
+        nxt = psi + step
+        if low is not None and high is not None:
+            nxt = np.clip(nxt, low, high)
+            step = nxt - psi
         psi = nxt
-        if moved < 1e-12:
+        if not np.any(np.abs(step) >= _LAST_STEP):
             break
-    return psi
+    lost = ~(np.abs(step) < _LAST_STEP)  # a NaN is lost, too
+    move = point.first * step
+    position, away = point.position + move, centre - point.position - move
+    if np.any(lost):
+        away = np.where(lost, np.nan, away)
+    outside = np.where(out * g - (0.0 if point.rise is None else across * point.rise) < 0.0, -1.0, 1.0)
+    return _Foot(psi, side, position, away, outside, point.curvature)

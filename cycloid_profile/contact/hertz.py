@@ -1,19 +1,22 @@
-"""Line contact of a pin and a tooth: approach, its inverse, half-width and pressure.
+"""Line contact of a pin and a tooth: what all laws of approach share, and the pressure of Hertz.
 
-Each law is a small frozen object; all take the force on one pin and the ``LineContact`` it acts in.
-Compared at one point in docs/theory.md, "Line contact".
+The laws themselves, one small frozen object each, are in ``laws``; all take the force on one pin and the
+``LineContact`` it acts in.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar, Protocol
+from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
-from cycloid_profile.arrays import ArrayLike, FloatArray
+from cycloid_profile.arrays import ArrayLike, BoolArray, FloatArray, IntArray
 from cycloid_profile.errors import LoadError
+
+# Johnson (1985) §4.2(c): the largest principal shear stress of a line contact and its depth.
+SHEAR_PER_PRESSURE, SHEAR_DEPTH_PER_HALF_WIDTH = 0.3003, 0.7861
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,19 +38,23 @@ class Material:
         return (1.0 - self.poisson_ratio**2) / self.youngs_modulus
 
 
+STEEL = Material(206_000.0, 0.3)
+
+
 @dataclass(frozen=True, slots=True)
 class LineContact:
     """Geometry and stiffness of pin against tooth (docs/theory.md, Eqs. 23–24).
 
     ``width`` of the contact [mm]; ``pin_radius`` [mm]; ``curvature`` of the tooth, convex negative, any
-    shape [1/mm]; ``compliance`` C_E, the sum over both bodies [1/MPa]; ``radius_cap``, the largest tooth
-    radius that may enter a logarithm [mm] (at an inflection the radius is infinite, the body is not).
+    shape [1/mm]; ``disc`` and ``pin`` materials; ``radius_cap``, the largest tooth radius that may enter a
+    logarithm [mm] (at an inflection the radius is infinite, the body is not).
     """
 
     width: float
     pin_radius: float
     curvature: FloatArray
-    compliance: float
+    disc: Material
+    pin: Material
     radius_cap: float
 
     def __post_init__(self) -> None:
@@ -55,6 +62,11 @@ class LineContact:
             raise LoadError(
                 "disc_width", f"{self.width} mm", "is not a positive length", "give the face width of one disc"
             )
+
+    @property
+    def compliance(self) -> float:
+        """C_E = Σ(1 − μ²)/E over both bodies [1/MPa]."""
+        return self.disc.compliance + self.pin.compliance
 
     @property
     def relative_radius(self) -> FloatArray:
@@ -68,6 +80,10 @@ class LineContact:
         rho: FloatArray = 1.0 / np.maximum(np.abs(self.curvature), 1.0 / self.radius_cap)
         return rho
 
+    def at(self, which: BoolArray | tuple[IntArray, ...]) -> LineContact:
+        """The contacts where ``which`` is true, or at these indices, as one row."""
+        return replace(self, curvature=self.curvature[which])
+
     def half_width(self, force: ArrayLike) -> FloatArray:
         """Half-width of the contact band, √(4 F R C_E/(π b)), Johnson (1985) Eq. (4.43) [mm]."""
         F = np.asarray(force, dtype=np.float64)
@@ -80,13 +96,34 @@ class LineContact:
         p: FloatArray = np.sqrt(F / (math.pi * self.width * self.relative_radius * self.compliance))
         return p
 
+    def subsurface_shear(self, force: ArrayLike) -> FloatArray:
+        """Largest shear stress under the surface, 0.300 p0, Johnson (1985) §4.2(c) [MPa].
+
+        Principal shear in the plane of the section; it does not depend on Poisson's ratio.
+        """
+        return SHEAR_PER_PRESSURE * self.peak_pressure(force)
+
+    def shear_depth(self, force: ArrayLike) -> FloatArray:
+        """Depth of that shear stress, 0.786 half-widths, Johnson (1985) §4.2(c) [mm]."""
+        return SHEAR_DEPTH_PER_HALF_WIDTH * self.half_width(force)
+
 
 class ContactLaw(Protocol):
-    """Approach of pin and tooth under a force, and back."""
+    """Approach of pin and tooth under a force, and back. Shapes broadcast against ``contact.curvature``."""
 
     @property
     def name(self) -> str:
-        """Name shown to the user."""
+        """Name shown to the user and written in the spec file."""
+        ...
+
+    @property
+    def source(self) -> str:
+        """Where the law comes from."""
+        ...
+
+    @property
+    def validity(self) -> str:
+        """What it was made for, in one sentence; ``within_range`` tests the part that has numbers."""
         ...
 
     def approach(self, force: ArrayLike, contact: LineContact) -> FloatArray:
@@ -101,89 +138,22 @@ class ContactLaw(Protocol):
         """Tangent stiffness dF/dδ at ``force`` > 0 [N/mm]."""
         ...
 
+    def response(self, approach: FloatArray, contact: LineContact) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Force [N], tangent stiffness [N/mm] and energy ∫F dδ [N·mm] at an ``approach`` > 0, in one go."""
+        ...
 
-class _Logarithmic:
-    """Laws of the form δ = G·F·(K − ln F), which hold up to ln F = K − 1, far beyond any pin's load."""
+    def within_range(self, force: ArrayLike, contact: LineContact) -> BoolArray:
+        """Whether ``force`` lies where the law may be used."""
+        ...
 
-    def _constants(self, contact: LineContact) -> tuple[float, FloatArray]:
-        """G [mm/N] and K."""
-        raise NotImplementedError
+    def half_width(self, force: ArrayLike, contact: LineContact) -> FloatArray:
+        """Half-width of the contact band that the law assumes [mm]."""
+        ...
 
-    def approach(self, force: ArrayLike, contact: LineContact) -> FloatArray:
-        """See ``ContactLaw.approach``."""
-        G, K = self._constants(contact)
-        F = np.asarray(force, dtype=np.float64)
-        log = np.log(np.where(F > 0.0, F, 1.0))
-        delta: FloatArray = np.where(F > 0.0, G * F * (K - log), 0.0)
-        return delta
+    def peak_pressure(self, force: ArrayLike, contact: LineContact) -> FloatArray:
+        """Peak pressure p0 over that band [MPa]."""
+        ...
 
-    def force(self, approach: ArrayLike, contact: LineContact) -> FloatArray:
-        """See ``ContactLaw.force``; Newton in ln F, which converges from below without a safeguard."""
-        G, K = self._constants(contact)
-        delta = np.asarray(approach, dtype=np.float64)
-        y = np.where(delta > 0.0, delta, G) / G
-        # ln F = x solves x + ln(K − x) = ln y; the left side is concave and rising for x < K − 1.
-        x = np.minimum(np.log(y) - np.log(np.maximum(K, 2.0)), K - 1.5)
-        for _ in range(12):
-            step = (x + np.log(K - x) - np.log(y)) / (1.0 - 1.0 / (K - x))
-            x = np.minimum(x - step, K - 1.0 - 1e-9)
-            if float(np.max(np.abs(step), initial=0.0)) < 1e-14:
-                break
-        F: FloatArray = np.where(delta > 0.0, np.exp(x), 0.0)
-        return F
-
-    def stiffness(self, force: ArrayLike, contact: LineContact) -> FloatArray:
-        """See ``ContactLaw.stiffness``."""
-        G, K = self._constants(contact)
-        F = np.maximum(np.asarray(force, dtype=np.float64), 1e-300)
-        k: FloatArray = 1.0 / (G * (K - np.log(F) - 1.0))
-        return k
-
-
-@dataclass(frozen=True, slots=True)
-class Roark(_Logarithmic):
-    """δ = F C_E/(π b)·[2/3 + ln(16 r|ρ|/c²)], c = 1.60 √(2 F R C_E/b) the full width (Eq. 25).
-
-    Young & Budynas, Roark's Formulas for Stress and Strain, 7th ed. (2002), Table 14.1 case 2.
-    """
-
-    name: ClassVar[str] = "roark"
-
-    def _constants(self, contact: LineContact) -> tuple[float, FloatArray]:
-        G = contact.compliance / (math.pi * contact.width)
-        c2_per_force = 1.60**2 * 2.0 * contact.relative_radius * contact.compliance / contact.width
-        K = 2.0 / 3.0 + np.log(16.0 * contact.pin_radius * contact.tooth_radius / c2_per_force)
-        return G, K
-
-
-@dataclass(frozen=True, slots=True)
-class Johnson(_Logarithmic):
-    """δ = F C_E/(2π b)·Σ[2 ln(4 R_i/h) − 1], h the half-width (Eq. 26).
-
-    After Johnson, Contact Mechanics (1985), §5.6, each body a cylinder loaded across its diameter.
-    """
-
-    name: ClassVar[str] = "johnson"
-
-    def _constants(self, contact: LineContact) -> tuple[float, FloatArray]:
-        G = contact.compliance / (math.pi * contact.width)
-        h2_per_force = 4.0 * contact.relative_radius * contact.compliance / (math.pi * contact.width)
-        K = np.log(16.0 * contact.pin_radius * contact.tooth_radius / h2_per_force) - 1.0
-        return G, K
-
-
-@dataclass(frozen=True, slots=True)
-class ArticleLogarithm(_Logarithmic):
-    """δ = (2F C_E/π b)·ln(3.8/C) with C = 3.8 c/X, X = 5.58 √(r|ρ|), c the full width (Eq. 27).
-
-    The tooth-profile article prints C as a "damping coefficient"; read as a width ratio it is Roark's
-    formula with rounded constants (docs/articles.md).
-    """
-
-    name: ClassVar[str] = "article"
-
-    def _constants(self, contact: LineContact) -> tuple[float, FloatArray]:
-        G = contact.compliance / (math.pi * contact.width)
-        c2_per_force = 1.60**2 * 2.0 * contact.relative_radius * contact.compliance / contact.width
-        K = np.log(5.58**2 * contact.pin_radius * contact.tooth_radius / c2_per_force)
-        return G, K
+    def subsurface_shear(self, force: ArrayLike, contact: LineContact) -> FloatArray:
+        """Largest shear stress under the surface [MPa]."""
+        ...

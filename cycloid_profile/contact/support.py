@@ -6,11 +6,12 @@ Unknowns of one pose are u = (Θ, then each disc's own freedoms); Θ is the carr
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cycloid_profile.arrays import FloatArray
+from cycloid_profile.arrays import FloatArray, IntArray
+from cycloid_profile.contact.as_built import AS_DRAWN, AsBuilt
 from cycloid_profile.geometry.drive import CentralEccentric, Cranks, Drive
 
 
@@ -18,24 +19,44 @@ from cycloid_profile.geometry.drive import CentralEccentric, Cranks, Drive
 class SupportModel:
     """Linear kinematics of the supports over poses.
 
-    ``disc_motion`` shape (poses, discs, 3, unknowns): maps u to (x, y, θ) of each disc [mm, mm, rad].
+    ``disc_unknowns`` shape (discs, 3): which of the unknowns are (x, y, θ) of each disc [mm, mm, rad].
     ``spring_stretch`` shape (poses, springs, 2, unknowns): maps u to the stretch of each bearing [mm].
-    ``stiffness`` of every bearing, the same in all directions [N/mm].
+    ``misfit`` shape (poses, springs, 2): stretch at u = 0, from errors of eccentrics and bores [mm].
+    ``stiffness`` of every bearing, the same in all directions [N/mm]; ``play``, radial [mm].
     ``rigid_motion`` shape (poses, unknowns): u per rad of Θ that stretches no spring.
     ``arm`` shape (unknowns,): brings every generalised force to N·mm, 1 for rotations [mm for shifts].
     """
 
-    disc_motion: FloatArray
+    disc_unknowns: IntArray
     spring_stretch: FloatArray
+    misfit: FloatArray
     stiffness: float
+    play: float
     rigid_motion: FloatArray
     arm: FloatArray
 
+    @property
+    def spring_matrix(self) -> FloatArray:
+        """Stiffness of all bearings without play, shape (poses, unknowns, unknowns) (Eq. 36)."""
+        stretch = self.spring_stretch.reshape(len(self.spring_stretch), -1, self.arm.size)
+        matrix: FloatArray = self.stiffness * np.swapaxes(stretch, 1, 2) @ stretch
+        return matrix
 
-def support_model(drive: Drive, crank_angle: FloatArray) -> SupportModel:
+    def motion(self, u: FloatArray) -> FloatArray:
+        """(x, y, θ) of each disc, shape (poses, discs, 3) [mm, mm, rad]."""
+        moved: FloatArray = u[:, self.disc_unknowns]
+        return moved
+
+    def poses(self, which: slice | IntArray) -> SupportModel:
+        """The model at some of the poses."""
+        over_poses = ("spring_stretch", "misfit", "rigid_motion")
+        return replace(self, **{name: getattr(self, name)[which] for name in over_poses})
+
+
+def support_model(drive: Drive, crank_angle: FloatArray, as_built: AsBuilt = AS_DRAWN) -> SupportModel:
     """Kinematics at crank angles of shape (poses, discs) [rad]."""
     if isinstance(drive.support, Cranks):
-        return _cranks(drive, drive.support, crank_angle)
+        return _cranks(drive, drive.support, crank_angle, as_built)
     return _central(drive, drive.support, crank_angle)
 
 
@@ -47,27 +68,45 @@ def crank_turn_per_carrier_turn(drive: Drive) -> float:
     return 0.0 if drive.first_stage is None else 1.0 + drive.first_stage.tooth_ratio
 
 
-def _cranks(drive: Drive, cranks: Cranks, crank_angle: FloatArray) -> SupportModel:
+def _cranks(drive: Drive, cranks: Cranks, crank_angle: FloatArray, as_built: AsBuilt) -> SupportModel:
     poses, discs = crank_angle.shape
     unknowns = 1 + 3 * discs
-    disc_motion = np.zeros((poses, discs, 3, unknowns))
     stretch = np.zeros((poses, discs, cranks.count, 2, unknowns))
     rigid = np.zeros((poses, unknowns))
     rigid[:, 0] = 1.0
+    a = drive.trochoid.eccentricity
     # Velocity of an eccentric's centre per unit Θ: carried round with the carrier, and turned by its crank.
-    swing = 1j * drive.trochoid.eccentricity * crank_turn_per_carrier_turn(drive) * np.exp(1j * crank_angle)
+    swing = 1j * a * crank_turn_per_carrier_turn(drive) * np.exp(1j * crank_angle)
+    # The carrier has turned by −φ/z_c when the crank of disc 1 stands at φ.
+    carrier = np.exp(-1j * crank_angle[:, 0] / drive.trochoid.lobes)
+    misfit = np.zeros((poses, discs, cranks.count), dtype=np.complex128)
     for j in range(discs):
         own = 1 + 3 * j
-        disc_motion[:, j, range(3), range(own, own + 3)] = 1.0
         rigid[:, own], rigid[:, own + 1], rigid[:, own + 2] = swing[:, j].real, swing[:, j].imag, 1.0
-        for i in range(cranks.count):
-            arm = 1j * cranks.circle_radius * np.exp(2j * math.pi * i / cranks.count)
+        for m in range(cranks.count):
+            arm = 1j * cranks.circle_radius * np.exp(2j * math.pi * m / cranks.count) * carrier
             eccentric = arm + swing[:, j]
-            stretch[:, j, i, 0, 0], stretch[:, j, i, 1, 0] = eccentric.real, eccentric.imag
-            stretch[:, j, i, range(2), range(own, own + 2)] = -1.0
-            stretch[:, j, i, :, own + 2] = -arm.real, -arm.imag
+            stretch[:, j, m, 0, 0], stretch[:, j, m, 1, 0] = eccentric.real, eccentric.imag
+            stretch[:, j, m, range(2), range(own, own + 2)] = -1.0
+            stretch[:, j, m, 0, own + 2], stretch[:, j, m, 1, own + 2] = -arm.real, -arm.imag
+    turned = np.exp(1j * crank_angle)[..., np.newaxis]
+    if as_built.eccentric_shift is not None:
+        misfit += as_built.eccentric_shift * turned
+    if as_built.bore_shift is not None:
+        misfit -= as_built.bore_shift * carrier[:, np.newaxis, np.newaxis]
+    if as_built.crank_lead is not None:
+        # A planet turns on the carrier by the crank's angle less the carrier's own.
+        planet = crank_angle[:, 0] * (1.0 + 1.0 / drive.trochoid.lobes)
+        lead = (as_built.crank_lead * np.exp(1j * planet)[:, np.newaxis]).real
+        misfit += 1j * a * turned * lead[:, np.newaxis, :]
     return SupportModel(
-        disc_motion, stretch.reshape(poses, -1, 2, unknowns), cranks.bearing_stiffness, rigid, _arms(drive, unknowns, 3)
+        disc_unknowns=np.arange(1, unknowns).reshape(discs, 3),
+        spring_stretch=stretch.reshape(poses, -1, 2, unknowns),
+        misfit=np.stack([misfit.real, misfit.imag], axis=-1).reshape(poses, -1, 2),
+        stiffness=cranks.bearing_stiffness,
+        play=cranks.bearing_play,
+        rigid_motion=rigid,
+        arm=_arms(drive, unknowns, 3),
     )
 
 
@@ -75,16 +114,21 @@ def _central(drive: Drive, eccentric: CentralEccentric, crank_angle: FloatArray)
     """Central eccentric: each disc turns with the carrier and shifts against its own bearing."""
     poses, discs = crank_angle.shape
     unknowns = 1 + 2 * discs
-    disc_motion = np.zeros((poses, discs, 3, unknowns))
     stretch = np.zeros((poses, discs, 2, unknowns))
     rigid = np.zeros((poses, unknowns))
     rigid[:, 0] = 1.0
     for j in range(discs):
         own = 1 + 2 * j
-        disc_motion[:, j, range(2), range(own, own + 2)] = 1.0
-        disc_motion[:, j, 2, 0] = 1.0
         stretch[:, j, range(2), range(own, own + 2)] = -1.0
-    return SupportModel(disc_motion, stretch, eccentric.bearing_stiffness, rigid, _arms(drive, unknowns, 2))
+    return SupportModel(
+        disc_unknowns=np.array([[1 + 2 * j, 2 + 2 * j, 0] for j in range(discs)]),
+        spring_stretch=stretch,
+        misfit=np.zeros((poses, discs, 2)),
+        stiffness=eccentric.bearing_stiffness,
+        play=eccentric.bearing_play,
+        rigid_motion=rigid,
+        arm=_arms(drive, unknowns, 2),
+    )
 
 
 def _arms(drive: Drive, unknowns: int, per_disc: int) -> FloatArray:

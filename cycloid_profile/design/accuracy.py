@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from cycloid_profile.arrays import FloatArray
 from cycloid_profile.contact.backlash import Backlash, backlash
 from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.contact.meshing import mesh_cycle
-from cycloid_profile.contact.reducer import reducer_equilibrium
+from cycloid_profile.contact.stage import StageEquilibrium
 
 LOST_MOTION_SHARE = 0.03
 LOAD_SHARES = (-1.0, -0.5, -0.2, -0.1, -LOST_MOTION_SHARE, LOST_MOTION_SHARE, 0.1, 0.2, 0.5, 1.0)
@@ -61,8 +61,7 @@ def accuracy(case: LoadCase, poses: int = 48) -> Accuracy:
     """
     crank_angle = mesh_cycle(case.drive.trochoid, poses)
     torque = np.array(LOAD_SHARES) * abs(case.torque)
-    states = [reducer_equilibrium(replace(case, torque=float(t)), crank_angle) for t in torque]
-    rotation = np.stack([np.where(s.settled, s.rotation, np.nan) for s in states])
-    return Accuracy(
-        case, crank_angle, torque, rotation, backlash(case.drive, case.profile, poses), all(s.converged for s in states)
-    )
+    # All loads at all poses are one batch.
+    solved = StageEquilibrium().at(case, np.tile(crank_angle, len(torque)), np.repeat(torque, poses))
+    rotation = np.where(solved.settled, solved.rotation, np.nan).reshape(len(torque), poses)
+    return Accuracy(case, crank_angle, torque, rotation, backlash(case.drive, case.profile, poses), solved.converged)

@@ -9,7 +9,8 @@ from cycloid_profile.compensation.fixed_point import LoadSharingSolver
 from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.contact.classical import Classical
 from cycloid_profile.contact.equilibrium import Equilibrium
-from cycloid_profile.contact.hertz import ArticleLogarithm, ContactLaw, Johnson, Material, Roark
+from cycloid_profile.contact.hertz import Material
+from cycloid_profile.contact.laws import LAWS
 from cycloid_profile.errors import GeometryError, LoadError, SpecError
 from cycloid_profile.geometry.drive import CentralEccentric, Cranks, Drive, InvoluteStage
 from cycloid_profile.geometry.outline import DiscOutline, Hole, least_web, ring_of_holes
@@ -28,7 +29,7 @@ _KEYS = {
     "discs": "drive.discs",
     "torque": "load.rated_torque_nm",
 }
-_LAWS: dict[str, ContactLaw] = {"roark": Roark(), "johnson": Johnson(), "article": ArticleLogarithm()}
+
 _SOLVERS: dict[str, LoadSharingSolver] = {"equilibrium": Equilibrium(), "classical": Classical()}
 # Rated torque of an RV-40E per pin circle² × width × discs × modulus: a first guess where none is given.
 _TORQUE_PER_SIZE = 412e3 / (64.0**2 * 11.5 * 2 * 206e3)
@@ -79,7 +80,7 @@ def load_case(spec: Spec, drive: Drive, profile: ToothProfile) -> LoadCase:
             torque=rated_torque(spec),
             disc_material=_material(spec.materials.disc),
             pin_material=_material(spec.materials.pin),
-            law=_LAWS[spec.load.contact_law],
+            law=LAWS[spec.load.contact_law],
             disc_share=_disc_share(spec),
         )
 

@@ -14,31 +14,36 @@ from cycloid_profile.geometry.trochoid import Trochoid
 class Cranks:
     """Crank shafts of an RV reducer: ``count`` eccentrics on a circle of the carrier.
 
-    ``circle_radius`` [mm]; ``bearing_stiffness`` of each crank bearing against a disc, radial [N/mm].
+    ``circle_radius`` [mm]; of each crank bearing against a disc ``bearing_stiffness``, radial [N/mm], and
+    ``bearing_play``, radial, half the diametral clearance [mm].
     """
 
     count: int
     circle_radius: float
     bearing_stiffness: float
+    bearing_play: float = 0.0
 
     def __post_init__(self) -> None:
         if self.count < 1:
             raise GeometryError("cranks.count", self.count, "is below 1", "give 2 or 3 crank shafts")
         _refuse_not_positive("cranks.circle_radius", self.circle_radius, "mm")
         _refuse_not_positive("bearing_stiffness", self.bearing_stiffness, "N/mm")
+        _refuse_negative_play(self.bearing_play)
 
 
 @dataclass(frozen=True, slots=True)
 class CentralEccentric:
     """One eccentric bearing in the disc's centre; the disc turns the output through pins in holes.
 
-    ``bearing_stiffness`` of the eccentric bearing, radial [N/mm].
+    Of the eccentric bearing ``bearing_stiffness``, radial [N/mm], and ``bearing_play``, radial [mm].
     """
 
     bearing_stiffness: float
+    bearing_play: float = 0.0
 
     def __post_init__(self) -> None:
         _refuse_not_positive("bearing_stiffness", self.bearing_stiffness, "N/mm")
+        _refuse_negative_play(self.bearing_play)
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,3 +140,10 @@ def set_up_amounts(drive: Drive, profile: ToothProfile) -> tuple[float, float]:
 def _refuse_not_positive(name: str, value: float, unit: str) -> None:
     if not (math.isfinite(value) and value > 0.0):
         raise GeometryError(name, f"{value} {unit}", "is not positive", f"give a {name} above zero")
+
+
+def _refuse_negative_play(play: float) -> None:
+    if not (math.isfinite(play) and play >= 0.0):
+        raise GeometryError(
+            "bearing_play", f"{play} mm", "is negative or not finite", "give half the diametral clearance, 0 for none"
+        )

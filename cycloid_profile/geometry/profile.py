@@ -17,27 +17,54 @@ _REVERSAL_GRID = 721
 
 @dataclass(frozen=True, slots=True)
 class ToothPoints:
-    """Points of a tooth curve with their direction and bending.
+    """Points of a tooth curve with their direction and bending, all in the shape of ``phase`` [rad].
 
-    ``position`` [mm] and ``normal`` (outward, unit) are complex numbers x + iy in the shape of
-    ``phase`` [rad]; ``first`` and ``second`` are the derivatives of the position by phase.
+    ``position`` is a complex number x + iy [mm]; ``frame`` the unit normal n of the trochoid there. In that
+    frame the curve runs ``along`` −i·n by g and recedes against n by dq per unit of phase: ``rise``, None
+    where the distance to the trochoid is constant. ``along_rate`` and ``rise_rate`` are their derivatives,
+    ``turn`` is dθ/dψ of the frame.
     """
 
     phase: FloatArray
     position: ComplexArray
-    first: ComplexArray
-    second: ComplexArray
+    frame: ComplexArray
+    turn: FloatArray
+    along: FloatArray
+    along_rate: FloatArray
+    rise: FloatArray | None = None
+    rise_rate: FloatArray | None = None
+
+    @property
+    def first(self) -> ComplexArray:
+        """Derivative of the position by phase [mm/rad] (Eq. 8)."""
+        if self.rise is None:
+            return -1j * self.along * self.frame
+        return self.frame * (-self.rise - 1j * self.along)
+
+    @property
+    def second(self) -> ComplexArray:
+        """Second derivative of the position by phase [mm/rad²] (Eq. 8)."""
+        if self.rise is None or self.rise_rate is None:
+            return self.frame * (self.turn * self.along - 1j * self.along_rate)
+        return self.frame * (self.turn * self.along - self.rise_rate - 1j * (self.along_rate + self.turn * self.rise))
 
     @property
     def normal(self) -> ComplexArray:
         """Outward unit normal (Eq. 9)."""
-        n: ComplexArray = 1j * self.first / np.abs(self.first)
+        if self.rise is None:
+            return self.frame
+        n: ComplexArray = self.frame * (self.along - 1j * self.rise) / np.hypot(self.along, self.rise)
         return n
 
     @property
     def curvature(self) -> FloatArray:
         """Signed curvature, negative where the tooth is convex [1/mm] (Eq. 10)."""
-        kappa: FloatArray = (np.conj(self.first) * self.second).imag / np.abs(self.first) ** 3
+        if self.rise is None or self.rise_rate is None:
+            kappa: FloatArray = self.turn / self.along
+            return kappa
+        g, dq = self.along, self.rise
+        bend = dq * (self.along_rate + self.turn * dq) + g * (self.turn * g - self.rise_rate)
+        kappa = bend / (g * g + dq * dq) ** 1.5
         return kappa
 
     @property
@@ -87,8 +114,9 @@ class ToothProfile:
 
     def _refuse_reversal(self) -> None:
         """A removal can turn the curve back on itself like an undercut, which the pin radius cannot tell."""
-        psi = np.linspace(0.0, 2.0 * math.pi, _REVERSAL_GRID)
-        forward = -(np.conj(self.trochoid.normal(psi)) * self.at(psi).first).imag
+        lobes = 1 if self.lobes_alike else self.trochoid.lobes
+        psi = np.linspace(0.0, 2.0 * math.pi * lobes, lobes * _REVERSAL_GRID)
+        forward = self.at(psi).along
         if not float(np.min(forward)) > 0.0:
             worst = self.pin_radius + float(self.removal(psi).value[int(np.argmin(forward))])
             raise GeometryError(
@@ -113,25 +141,44 @@ class ToothProfile:
             h, dh, ddh = h + jet.value, dh + jet.first, ddh + jet.second
         return RemovalJet(h, dh, ddh)
 
-    def at(self, phase: ArrayLike, side: FloatArray | None = None) -> ToothPoints:
+    @property
+    def lobes_alike(self) -> bool:
+        """Whether every lobe is the same; false with a removal that goes once round the disc."""
+        return not any(removal.whole_disc for removal in self.removals)
+
+    def at(
+        self, phase: ArrayLike, side: FloatArray | None = None, lobe: FloatArray | None = None
+    ) -> ToothPoints:
         """Points of the curve at the given phases [rad] (Eqs. 7–8).
 
         ``side`` (±1, in the shape of ``phase``) overrides which flank's smooth branch is used, which
-        matters only at a corner.
+        matters only at a corner. With ``lobe``, a whole number in the shape of ``phase``, the points are
+        those of phase + 2π·lobe seen from that lobe, as if it were turned to where lobe 0 stands.
         """
         psi = np.asarray(phase, dtype=np.float64)
         path = self.trochoid.jet(psi)
-        n, turn = path.normal, path.turn
         c = self.trochoid.pin_circle_radius / self.trochoid.lobes
-        h = self.removal(psi, side)
-        q, dq, ddq = self.pin_radius + h.value, h.first, h.second
-        g = c * path.speed + q * turn
-        dg = c * path.speed_rate + dq * turn + q * path.turn_rate
+        if not self.removals:
+            q = self.pin_radius
+            return ToothPoints(
+                phase=psi,
+                position=path.centre - q * path.normal,
+                frame=path.normal,
+                turn=path.turn,
+                along=c * path.speed + q * path.turn,
+                along_rate=c * path.speed_rate + q * path.turn_rate,
+            )
+        h = self.removal(psi if lobe is None else psi + 2.0 * math.pi * lobe, side)
+        Q = self.pin_radius + h.value
         return ToothPoints(
             phase=psi,
-            position=path.centre - q * n,
-            first=n * (-dq - 1j * g),
-            second=n * (turn * g - ddq - 1j * (dg + turn * dq)),
+            position=path.centre - Q * path.normal,
+            frame=path.normal,
+            turn=path.turn,
+            along=c * path.speed + Q * path.turn,
+            along_rate=c * path.speed_rate + h.first * path.turn + Q * path.turn_rate,
+            rise=h.first,
+            rise_rate=h.second,
         )
 
 

@@ -24,7 +24,17 @@ class RemovalJet(NamedTuple):
 
 
 class NormalRemoval(Protocol):
-    """A removal h(ψ) along the outward normal of the trochoid, the same on every lobe."""
+    """A removal h(ψ) along the outward normal of the trochoid."""
+
+    @property
+    def whole_disc(self) -> bool:
+        """Whether it repeats once a turn of the disc, 2π z_c, instead of on every lobe, 2π."""
+        ...
+
+    @property
+    def spacing(self) -> float | None:
+        """Phase between the points of a measured curve, which bounds its shortest wave; None for a formula [rad]."""
+        ...
 
     @property
     def corners(self) -> tuple[float, ...]:

@@ -16,6 +16,7 @@ import numpy as np
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.errors import GeometryError
 from cycloid_profile.geometry.profile import ToothPoints, ToothProfile
+from cycloid_profile.geometry.removal import flank_side
 
 _FINE = 2048  # grid per smooth piece on which densities are integrated
 
@@ -84,18 +85,31 @@ class EqualAngle:
 def sample(profile: ToothProfile, sampling: Sampling) -> ToothPoints:
     """Points all round the disc, in order of phase, first point not repeated.
 
-    One lobe is computed and turned by −2π/z_c, so that all lobes are alike to the last bit of the turn.
+    The phases are those of one lobe. Where lobes are alike that one is computed and turned by −2π/z_c, so
+    that they are alike to the last bit of the turn.
     """
     psi = sampling.phases(profile)
-    lobe = profile.at(psi)
     lobes = profile.trochoid.lobes
-    m = np.arange(lobes)[:, np.newaxis]
+    m = np.arange(lobes, dtype=np.float64)[:, np.newaxis]
+    phase = psi + 2.0 * math.pi * m
     turn = np.exp(-2j * math.pi * m / lobes)
+    if profile.lobes_alike:
+        points = profile.at(psi)
+    else:
+        points = profile.at(*np.broadcast_arrays(psi, flank_side(psi), m))
+
+    def round_disc(value: FloatArray | None) -> FloatArray | None:
+        return None if value is None else np.broadcast_to(value, phase.shape).ravel()
+
     return ToothPoints(
-        phase=(psi + 2.0 * math.pi * m).ravel(),
-        position=(lobe.position * turn).ravel(),
-        first=(lobe.first * turn).ravel(),
-        second=(lobe.second * turn).ravel(),
+        phase=phase.ravel(),
+        position=(points.position * turn).ravel(),
+        frame=(points.frame * turn).ravel(),
+        turn=np.broadcast_to(points.turn, phase.shape).ravel(),
+        along=np.broadcast_to(points.along, phase.shape).ravel(),
+        along_rate=np.broadcast_to(points.along_rate, phase.shape).ravel(),
+        rise=round_disc(points.rise),
+        rise_rate=round_disc(points.rise_rate),
     )
 
 

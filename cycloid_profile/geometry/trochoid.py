@@ -94,25 +94,30 @@ class Trochoid:
         """Path, normal and their rates, each in the shape of ``phase`` (Eqs. 1–4)."""
         psi = np.asarray(phase, dtype=np.float64)
         K1, z_p, z_c = self.short_width_ratio, self.pins, self.lobes
-        # e^{−iψ z_p/z_c} = e^{−iψ/z_c} e^{−iψ}, which brings sine and cosine along.
-        slow, full = np.exp(-1j * psi / z_c), np.exp(-1j * psi)
-        fast = slow * full
-        cos, sin = full.real, -full.imag
-        w = self.speed_ratio(psi)
-        turn = (K1 * (z_p + 1) * cos - (1.0 + z_p * K1**2)) / (z_c * w**2)
+        # Two pairs of sine and cosine are all there is to look up: of ψ/2, which gives 1 − cosψ without loss
+        # of digits, and of ψ/z_c, by which both curve and normal turn.
+        sin_half, cos_half = np.sin(0.5 * psi), np.cos(0.5 * psi)
+        sin, versine = 2.0 * sin_half * cos_half, 2.0 * sin_half * sin_half
+        slow = _complex(np.cos(psi / z_c), -np.sin(psi / z_c))
+        w2 = (1.0 - K1) ** 2 + 2.0 * K1 * versine
+        w = np.sqrt(w2)
+        bend = K1 * (z_p + 1)
+        turn = ((bend - (1.0 + z_p * K1**2)) - bend * versine) / (z_c * w2)
+        r_p, a = self.pin_circle_radius, self.eccentricity
+        K1_sin = K1 * sin
         return TrochoidJet(
-            centre=self.pin_circle_radius * slow - self.eccentricity * fast,
-            normal=(slow - K1 * fast) / w,
+            centre=slow * _complex((r_p - a) + a * versine, a * sin),
+            normal=slow * _complex(((1.0 - K1) + K1 * versine) / w, K1_sin / w),
             speed=w,
-            speed_rate=K1 * sin / w,
+            speed_rate=K1_sin / w,
             turn=turn,
-            turn_rate=-K1 * sin * ((z_p + 1) / z_c + 2.0 * turn) / w**2,
+            turn_rate=-K1_sin * ((z_p + 1) / z_c + 2.0 * turn) / w2,
         )
 
     def speed_ratio(self, phase: ArrayLike) -> FloatArray:
         """w = 1/S = √(1 + K1² − 2 K1 cosψ), in the shape of ``phase`` (Eq. 2)."""
         K1 = self.short_width_ratio
-        # Half-angle form: 1 + K1² − 2K1cosψ loses digits near ψ = 0 when K1 is close to 1.
+        # 1 + K1² − 2K1cosψ loses digits near ψ = 0 when K1 is close to 1.
         w: FloatArray = np.hypot(1.0 - K1, 2.0 * math.sqrt(K1) * np.sin(0.5 * np.asarray(phase, dtype=np.float64)))
         return w
 
@@ -133,3 +138,10 @@ class Trochoid:
         psi = np.asarray(phase, dtype=np.float64)
         lever: FloatArray = np.sin(psi) / self.speed_ratio(psi)
         return lever
+
+
+def _complex(real: FloatArray, imag: FloatArray) -> ComplexArray:
+    """real + i·imag without the products."""
+    z = np.empty(real.shape, dtype=np.complex128)
+    z.real, z.imag = real, imag
+    return z

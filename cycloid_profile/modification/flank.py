@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -17,6 +18,8 @@ class FlankRemoval:
     """h(ψ) = amount·|sinψ|·S: the whole ``amount`` [mm] at ψ0, nothing at root and tip."""
 
     amount: float
+    whole_disc: ClassVar[bool] = False
+    spacing: ClassVar[None] = None
 
     @property
     def corners(self) -> tuple[float, ...]:

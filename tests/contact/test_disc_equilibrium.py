@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from cycloid_profile.contact.backlash import first_touch
 from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.contact.equilibrium import Equilibrium
-from cycloid_profile.contact.hertz import ArticleLogarithm, Johnson, Roark
+from cycloid_profile.contact.laws import ArticleLogarithm, Johnson, Roark
 from cycloid_profile.contact.meshing import mesh, mesh_cycle
 from cycloid_profile.contact.sharing import Status
 from cycloid_profile.geometry.drive import CentralEccentric, Drive
@@ -60,8 +60,8 @@ def test_more_torque_means_more_of_everything(rv40e, torque, factor):
 def test_reversed_torque_mirrors_the_load(rv40e, rated_torque):
     there, back = (solved(rv40e, s * rated_torque, Equidistant(0.006), RadialMoving(0.002), poses=6) for s in (1, -1))
     # Pose k mirrors into pose 6 − k; pose 0, with a pin in the root, into itself: ψ → −ψ.
-    np.testing.assert_allclose(back.rotation[1:], there.rotation[1:][::-1], rtol=1e-10)
-    assert back.rotation[0] == pytest.approx(there.rotation[0], rel=1e-10)
+    np.testing.assert_allclose(back.twist[1:], there.twist[1:][::-1], rtol=1e-10)
+    assert back.twist[0] == pytest.approx(there.twist[0], rel=1e-10)
     order, mirrored = np.argsort(there.phase[0]), np.argsort(back.phase[0])
     loaded = there.force[0, order] > 0.0
     forces = there.force[0, order][loaded], back.force[0, mirrored][back.force[0, mirrored] > 0.0]
@@ -78,7 +78,7 @@ def test_scaled_drive_carries_force_with_the_square_of_its_size(rv40e, k):
     small = solved(rv40e, 4e5, Equidistant(0.006))
     large = solved(scaled, 4e5 * k**3, Equidistant(0.006 * k))
     np.testing.assert_allclose(large.force, k**2 * small.force, rtol=1e-7, atol=1e-6 * k**2)
-    np.testing.assert_allclose(large.rotation, small.rotation, rtol=1e-9)
+    np.testing.assert_allclose(large.twist, small.twist, rtol=1e-9)
     assert large.max_pressure == pytest.approx(small.max_pressure, rel=1e-7)
 
 
@@ -97,7 +97,7 @@ def check_single_contact(result, torque):
         # The pin that touches first has no gap: rotation = approach/lever.
         assert result.force[pose, i] == pytest.approx(force, rel=1e-9)
         assert result.approach[pose, i] == pytest.approx(delta, rel=1e-9)
-        assert result.rotation[pose] == pytest.approx(delta / lever, rel=1e-9)
+        assert result.twist[pose] == pytest.approx(delta / lever, rel=1e-9)
         assert result.pressure[pose, i] == pytest.approx(float(contact.peak_pressure(force)[0]), rel=1e-9)
         assert np.count_nonzero(result.pressure[pose]) == 1
 
@@ -152,7 +152,7 @@ def test_disc_stiffness_is_of_the_size_known_for_contact_alone(rv40e, rated_torq
     stiffness = []
     for gap in (0.006, 0.002):
         half, full = (solved(rv40e, t, Equidistant(gap), poses=12) for t in (0.5 * rated_torque, rated_torque))
-        turn = np.mean(full.rotation - half.rotation) * 60.0 * 180.0 / np.pi
+        turn = np.mean(full.twist - half.twist) * 60.0 * 180.0 / np.pi
         stiffness.append(0.25 * rated_torque * 1e-3 / turn)
     assert stiffness[0] < 2400.0 < stiffness[1]
     assert stiffness == pytest.approx([2400.0, 2400.0], rel=0.15)

@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 
 from cycloid_profile.contact.case import LoadCase
-from cycloid_profile.contact.hertz import ArticleLogarithm, Johnson, LineContact, Material, Roark
+from cycloid_profile.contact.hertz import LineContact, Material
+from cycloid_profile.contact.laws import ArticleLogarithm, Johnson, Roark
 from cycloid_profile.units import UM
 
 

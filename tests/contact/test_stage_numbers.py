@@ -15,7 +15,7 @@ import pytest
 
 from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.contact.meshing import mesh_cycle
-from cycloid_profile.contact.reducer import reducer_equilibrium
+from cycloid_profile.contact.stage import StageEquilibrium
 from cycloid_profile.modification.setup import DeformationCompensation, Equidistant, RadialMoving, modify
 from cycloid_profile.units import ARCMIN, ARCSEC
 
@@ -27,7 +27,7 @@ def twist(rv40e, rated_torque):
     @cache
     def at(fraction, *changes):
         case = LoadCase(rv40e, modify(rv40e.theoretical_profile, *changes), fraction * rated_torque)
-        state = reducer_equilibrium(case, mesh_cycle(rv40e.trochoid, 24))
+        state = StageEquilibrium().at(case, mesh_cycle(rv40e.trochoid, 24))
         assert state.converged
         return state.rotation
 

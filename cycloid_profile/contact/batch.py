@@ -1,0 +1,38 @@
+"""Many poses at once: in blocks that stay in the cache, with bounded memory."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import TypeVar
+
+import numpy as np
+
+from cycloid_profile.arrays import ArrayLike, FloatArray
+from cycloid_profile.errors import LoadError
+
+Result = TypeVar("Result")
+BLOCK = 256  # poses; the arrays of one block and its temporaries fit a second-level cache
+
+
+def over_blocks(solve: Callable[[slice], Result], poses: int, size: int = BLOCK) -> Iterator[Result]:
+    """``solve`` of each block, in order. A pose's answer must not depend on its block.
+
+    On one thread: numpy's calls on arrays of this size are so short that threads wait for each other.
+    """
+    return (solve(slice(start, min(start + size, poses))) for start in range(0, max(poses, 1), size))
+
+
+def poses_and_torques(crank_angle: ArrayLike, torque: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Crank angles and torques, one of each for every pose; raises ``LoadError`` on a torque that is no load."""
+    phi = np.atleast_1d(np.asarray(crank_angle, dtype=np.float64))
+    T = np.atleast_1d(np.asarray(torque, dtype=np.float64))
+    bad = ~np.isfinite(T) | (T == 0.0)
+    if np.any(bad):
+        raise LoadError(
+            "torque",
+            f"{T[bad][0]} N·mm",
+            "is zero or not finite",
+            "give a load; the unloaded drive is what backlash is for",
+        )
+    phi, T = np.broadcast_arrays(phi, T)
+    return phi, T

@@ -1,0 +1,243 @@
+"""Six laws of approach for a pin pressed on a tooth, compared in docs/theory.md, "Line contact".
+
+The approach of two parallel cylinders is no local quantity, so every law carries a convention about the
+depth of the bodies, or was fitted to bodies of one kind.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from cycloid_profile.arrays import ArrayLike, BoolArray, FloatArray
+from cycloid_profile.contact.hertz import STEEL, LineContact
+
+# A band wider than this share of the smaller radius is no longer narrow; Hertz's own assumption.
+_NARROW = 0.1
+_HALLEY_STEPS = 3
+
+
+class _HertzBand:
+    """The contact band and its stresses after Hertz, whatever the law of approach."""
+
+    def half_width(self, force: ArrayLike, contact: LineContact) -> FloatArray:
+        """See ``ContactLaw.half_width``."""
+        return contact.half_width(force)
+
+    def peak_pressure(self, force: ArrayLike, contact: LineContact) -> FloatArray:
+        """See ``ContactLaw.peak_pressure``."""
+        return contact.peak_pressure(force)
+
+    def subsurface_shear(self, force: ArrayLike, contact: LineContact) -> FloatArray:
+        """See ``ContactLaw.subsurface_shear``."""
+        return contact.subsurface_shear(force)
+
+    def within_range(self, force: ArrayLike, contact: LineContact) -> BoolArray:
+        """See ``ContactLaw.within_range``: the band is narrow against both radii."""
+        smaller = np.minimum(contact.pin_radius, contact.tooth_radius)
+        narrow: BoolArray = contact.half_width(force) <= _NARROW * smaller
+        return narrow
+
+
+class _Logarithmic(_HertzBand):
+    """Laws of the form δ = G·F·(K − ln F), which hold up to ln F = K − 1, far beyond any pin's load."""
+
+    def _constants(self, contact: LineContact) -> tuple[float, FloatArray]:
+        """G [mm/N] and K."""
+        raise NotImplementedError
+
+    def approach(self, force: ArrayLike, contact: LineContact) -> FloatArray:
+        """See ``ContactLaw.approach``."""
+        G, K = self._constants(contact)
+        F = np.asarray(force, dtype=np.float64)
+        log = np.log(np.where(F > 0.0, F, 1.0))
+        delta: FloatArray = np.where(F > 0.0, G * F * (K - log), 0.0)
+        return delta
+
+    def force(self, approach: ArrayLike, contact: LineContact) -> FloatArray:
+        """See ``ContactLaw.force``."""
+        G, K = self._constants(contact)
+        delta = np.asarray(approach, dtype=np.float64)
+        y = np.where(delta > 0.0, delta, G) / G
+        F: FloatArray = np.where(delta > 0.0, y / _slack(y, K), 0.0)
+        return F
+
+    def stiffness(self, force: ArrayLike, contact: LineContact) -> FloatArray:
+        """See ``ContactLaw.stiffness``."""
+        G, K = self._constants(contact)
+        F = np.maximum(np.asarray(force, dtype=np.float64), 1e-300)
+        k: FloatArray = 1.0 / (G * (K - np.log(F) - 1.0))
+        return k
+
+    def response(self, approach: FloatArray, contact: LineContact) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """See ``ContactLaw.response``."""
+        G, K = self._constants(contact)
+        y = approach / G
+        v = _slack(y, K)
+        F = y / v
+        # ∫F dδ with δ = G F v and v = K − ln F.
+        return F, 1.0 / (G * (v - 1.0)), 0.5 * G * F * F * (v - 0.5)
+
+
+def _slack(y: FloatArray, K: FloatArray) -> FloatArray:
+    """v = K − ln F where F v = y: the root above 1 of v − ln v = c, c = K − ln y, by Halley's iteration."""
+    c = np.maximum(K - np.log(y), 1.0 + 1e-9)
+    # One Newton step from v = c is within a few hundredths; each of Halley's then triples the digits.
+    v = c + np.log(c) * c / (c - 1.0)
+    for _ in range(_HALLEY_STEPS):
+        error, slope = v - np.log(v) - c, 1.0 - 1.0 / v
+        v = v - error / (slope - 0.5 * error / (v * v * slope))
+    return v
+
+
+class _PowerLaw(_HertzBand):
+    """Laws of the form δ = A·F^n, fitted to steel."""
+
+    exponent: ClassVar[float]
+
+    def _factor(self, contact: LineContact) -> float:
+        """A [mm/N^n]."""
+        raise NotImplementedError
+
+    def approach(self, force: ArrayLike, contact: LineContact) -> FloatArray:
+        """See ``ContactLaw.approach``."""
+        F = np.maximum(np.asarray(force, dtype=np.float64), 0.0)
+        delta: FloatArray = self._factor(contact) * F**self.exponent + np.zeros_like(contact.curvature)
+        return delta
+
+    def force(self, approach: ArrayLike, contact: LineContact) -> FloatArray:
+        """See ``ContactLaw.force``."""
+        delta = np.maximum(np.asarray(approach, dtype=np.float64), 0.0)
+        F: FloatArray = (delta / self._factor(contact)) ** (1.0 / self.exponent) + np.zeros_like(contact.curvature)
+        return F
+
+    def stiffness(self, force: ArrayLike, contact: LineContact) -> FloatArray:
+        """See ``ContactLaw.stiffness``."""
+        F, n = np.maximum(np.asarray(force, dtype=np.float64), 1e-300), self.exponent
+        k: FloatArray = F ** (1.0 - n) / (n * self._factor(contact)) + np.zeros_like(contact.curvature)
+        return k
+
+    def response(self, approach: FloatArray, contact: LineContact) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """See ``ContactLaw.response``."""
+        n = self.exponent
+        F = (approach / self._factor(contact)) ** (1.0 / n)
+        return F, F / (n * approach), n / (n + 1.0) * F * approach
+
+    def within_range(self, force: ArrayLike, contact: LineContact) -> BoolArray:
+        """See ``ContactLaw.within_range``: a narrow band between steel bodies."""
+        steel = abs(contact.compliance / (2.0 * STEEL.compliance) - 1.0) <= 0.05
+        return super().within_range(force, contact) & steel
+
+
+@dataclass(frozen=True, slots=True)
+class Roark(_Logarithmic):
+    """δ = F C_E/(π b)·[2/3 + ln(16 r|ρ|/c²)], c = 1.60 √(2 F R C_E/b) the full width (Eq. 25)."""
+
+    name: ClassVar[str] = "roark"
+    source: ClassVar[str] = "Young & Budynas, Roark's Formulas for Stress and Strain, 7th ed. (2002), Table 14.1 case 2"
+    validity: ClassVar[str] = "two cylinders of like material, band up to a tenth of the smaller radius"
+
+    def _constants(self, contact: LineContact) -> tuple[float, FloatArray]:
+        G = contact.compliance / (math.pi * contact.width)
+        K = 2.0 / 3.0 + np.log(16.0 * contact.pin_radius * contact.tooth_radius / _c2_per_force(contact))
+        return G, K
+
+    def half_width(self, force: ArrayLike, contact: LineContact) -> FloatArray:
+        """c/2 with the rounded constant of the table [mm]."""
+        half: FloatArray = 0.5 * np.sqrt(np.asarray(force, dtype=np.float64) * _c2_per_force(contact))
+        return half
+
+
+@dataclass(frozen=True, slots=True)
+class Johnson(_Logarithmic):
+    """δ = F C_E/(2π b)·Σ[2 ln(4 R_i/h) − 1], h the half-width (Eq. 26)."""
+
+    name: ClassVar[str] = "johnson"
+    source: ClassVar[str] = "after Johnson, Contact Mechanics (1985), §5.6, each body a cylinder pressed across"
+    validity: ClassVar[str] = "two cylinders, band up to a tenth of the smaller radius"
+
+    def _constants(self, contact: LineContact) -> tuple[float, FloatArray]:
+        G = contact.compliance / (math.pi * contact.width)
+        h2_per_force = 4.0 * contact.relative_radius * contact.compliance / (math.pi * contact.width)
+        K = np.log(16.0 * contact.pin_radius * contact.tooth_radius / h2_per_force) - 1.0
+        return G, K
+
+
+@dataclass(frozen=True, slots=True)
+class ArticleLogarithm(_Logarithmic):
+    """δ = (2F C_E/π b)·ln(3.8/C) with C = 3.8 c/X, X = 5.58 √(r|ρ|), c the full width (Eq. 27).
+
+    The tooth-profile article prints C as a "damping coefficient"; read as a width ratio it is Roark's
+    formula with rounded constants (docs/articles.md).
+    """
+
+    name: ClassVar[str] = "article"
+    source: ClassVar[str] = "the tooth-profile article, its C read as a ratio of widths (docs/articles.md)"
+    validity: ClassVar[str] = Roark.validity
+
+    def _constants(self, contact: LineContact) -> tuple[float, FloatArray]:
+        G = contact.compliance / (math.pi * contact.width)
+        K = np.log(5.58**2 * contact.pin_radius * contact.tooth_radius / _c2_per_force(contact))
+        return G, K
+
+    def half_width(self, force: ArrayLike, contact: LineContact) -> FloatArray:
+        """c/2, as in ``Roark`` [mm]."""
+        return Roark().half_width(force, contact)
+
+
+@dataclass(frozen=True, slots=True)
+class WeberBanaschek(_Logarithmic):
+    """δ = F/(π b)·Σ C_i [ln(4 t²/h²) − μ_i/(1 − μ_i)] with the depth t = r of both bodies (Eq. 43).
+
+    Counts the deformation down to the depth t only; C_i = (1 − μ_i²)/E_i, h the half-width.
+    """
+
+    name: ClassVar[str] = "weber-banaschek"
+    source: ClassVar[str] = "Weber & Banaschek, Formänderung und Profilrücknahme bei gerad- und schrägverzahnten Rädern (1953)"
+    validity: ClassVar[str] = "bodies that are held at the depth of a pin radius, band up to a tenth of the smaller radius"
+
+    def _constants(self, contact: LineContact) -> tuple[float, FloatArray]:
+        G = contact.compliance / (math.pi * contact.width)
+        h2_per_force = 4.0 * contact.relative_radius * contact.compliance / (math.pi * contact.width)
+        bodies = (contact.disc, contact.pin)
+        across = sum(body.compliance * body.poisson_ratio / (1.0 - body.poisson_ratio) for body in bodies)
+        K = np.log(4.0 * contact.pin_radius**2 / h2_per_force) - across / contact.compliance
+        return G, K
+
+
+@dataclass(frozen=True, slots=True)
+class Palmgren(_PowerLaw):
+    """δ = 3.84e-5 F^0.9/b^0.8 [mm, N, mm] (Eq. 44); a steel roller on a steel raceway."""
+
+    name: ClassVar[str] = "palmgren"
+    source: ClassVar[str] = "Palmgren, Grundlagen der Wälzlagertechnik, 3rd ed. (1964)"
+    validity: ClassVar[str] = "steel rollers on raceways of roller bearings, whatever the radii"
+    exponent: ClassVar[float] = 0.9
+
+    def _factor(self, contact: LineContact) -> float:
+        return 3.84e-5 / contact.width**0.8
+
+
+@dataclass(frozen=True, slots=True)
+class Braendlein(_PowerLaw):
+    """δ = 4.05e-5 F^0.925/b^0.85 [mm, N, mm] (Eq. 44); a steel roller on a steel raceway."""
+
+    name: ClassVar[str] = "braendlein"
+    source: ClassVar[str] = "Brändlein, Eschmann, Hasbargen & Weigand, Die Wälzlagerpraxis, 3rd ed. (1995)"
+    validity: ClassVar[str] = "steel rollers on raceways of roller bearings, whatever the radii"
+    exponent: ClassVar[float] = 0.925
+
+    def _factor(self, contact: LineContact) -> float:
+        return 4.05e-5 / contact.width**0.85
+
+
+LAWS = {law.name: law for law in (Roark(), Johnson(), ArticleLogarithm(), WeberBanaschek(), Palmgren(), Braendlein())}
+
+
+def _c2_per_force(contact: LineContact) -> FloatArray:
+    """c²/F of the rounded full width c = 1.60 √(2 F R C_E/b) [mm²/N]."""
+    c2: FloatArray = 1.60**2 * 2.0 * contact.relative_radius * contact.compliance / contact.width
+    return c2

@@ -1,0 +1,253 @@
+"""Planar equilibrium of the whole stage: carrier and all discs on elastic bearings (docs/theory.md, Eqs. 35–38).
+
+Quasi-static, input held, housing fixed. Pins are one-sided nonlinear springs along their own normals,
+bearings are springs with play. ``minimise`` finds the least energy with gaps linear about a place; the
+gaps are then computed anew, exactly, until every force balances.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+
+from cycloid_profile.arrays import ArrayLike, FloatArray, IntArray
+from cycloid_profile.contact.as_built import AS_DRAWN, AsBuilt
+from cycloid_profile.contact.backlash import OVERLAP_TOLERANCE, closing_turn
+from cycloid_profile.contact.batch import over_blocks, poses_and_torques
+from cycloid_profile.contact.case import LoadCase
+from cycloid_profile.contact.energy import EnergyPoint, StageEnergy, minimise
+from cycloid_profile.contact.gap import Gaps, gaps
+from cycloid_profile.contact.meshing import mesh, mesh_cycle
+from cycloid_profile.contact.sharing import STATUSES, LoadSharing, StageMotion, Status, joined
+from cycloid_profile.contact.support import support_model
+
+Summary = TypeVar("Summary")
+_REFRESHES = 40
+_TOUCH_STEPS = 40
+_TOUCHED = 1e-12  # rad
+# Rounding of the gaps, some 1e-14 mm, against a stiff contact: no balance comes closer than this.
+_ROUNDING_FORCE = 1e-7  # N
+_CONVERGED, _INTERFERENCE, _NO_CONTACT, _NOT_CONVERGED, _LOST = (STATUSES.index(s) for s in Status)
+
+
+@dataclass(frozen=True, slots=True)
+class StageEquilibrium:
+    """Solves for the carrier's rotation and the motion of every disc.
+
+    ``poses`` over a mesh cycle for ``solve``; ``tolerance`` bounds the balance of forces and moments over
+    the torque; ``as_built`` holds errors of single parts.
+    """
+
+    poses: int = 24
+    tolerance: float = 1e-9
+    as_built: AsBuilt = AS_DRAWN
+
+    def solve(self, case: LoadCase) -> LoadSharing:
+        """Load on the pins of all discs over one mesh cycle."""
+        return self.at(case, mesh_cycle(case.drive.trochoid, self.poses))
+
+    def at(self, case: LoadCase, crank_angle: ArrayLike, torque: ArrayLike | None = None) -> LoadSharing:
+        """Load on the pins at crank angles of disc 1 [rad], under ``torque`` [N·mm] or that of the case.
+
+        Crank angles and torques are broadcast to poses. A pose that fails keeps its status and never
+        disturbs another; the answer of a pose does not depend on what it is solved with.
+
+        Raises
+        ------
+        LoadError
+            If a crank angle or torque is not finite, a torque is zero, or ``as_built`` has other parts.
+        """
+        return joined(list(self.blocks(case, crank_angle, torque)))
+
+    def blocks(self, case: LoadCase, crank_angle: ArrayLike, torque: ArrayLike | None = None) -> Iterator[LoadSharing]:
+        """The same, a block of poses at a time in order: for more poses than the memory holds pins of."""
+        self.as_built.check(case.drive)
+        phi, T = poses_and_torques(crank_angle, case.torque if torque is None else torque)
+        return over_blocks(lambda cut: _Block(self, case, phi[cut], T[cut]).solved(), phi.size)
+
+    def summaries(
+        self,
+        case: LoadCase,
+        crank_angle: ArrayLike,
+        summary: Callable[[LoadSharing], Summary],
+        torque: ArrayLike | None = None,
+    ) -> list[Summary]:
+        """``summary`` of each block, in order; nothing else is kept."""
+        return [summary(block) for block in self.blocks(case, crank_angle, torque)]
+
+
+class _Block:
+    """One block of poses on its way to equilibrium."""
+
+    def __init__(self, solver: StageEquilibrium, case: LoadCase, crank_angle: FloatArray, torque: FloatArray) -> None:
+        self.solver, self.case, self.torque = solver, case, torque
+        self.direction = np.sign(torque)
+        self.meshing = mesh(case.drive.trochoid, crank_angle, case.drive.discs)
+        self.support = support_model(case.drive, self.meshing.crank_angle, solver.as_built)
+        self.spring_matrix = self.support.spring_matrix
+
+    def solved(self) -> LoadSharing:
+        """Touch, then by turns the convex problem and exact gaps, until every pose has arrived or is lost."""
+        at_touch, seen, outcome = self._rigid_touch()
+        gap_at_touch = seen.gap.copy()
+        # Pressed together a little: Newton then has forces to balance from the start.
+        pressed = self.support.rigid_motion * self._overclosure()[:, np.newaxis]
+        active = np.arange(len(outcome))
+        enough = 0.1 * self.solver.tolerance
+        u = at_touch + minimise(self._energy(active, at_touch, seen), pressed, enough).step
+        imbalance = np.full(len(u), np.inf)
+        history: list[tuple[float, float]] = []
+        for _ in range(_REFRESHES):
+            # A turn by a radian or a shift by the pin circle's radius is no small motion: such a pose is lost,
+            # and rests where it first touched.
+            gone = ~(np.max(np.abs(u[active] / self.support.arm), axis=-1) < 1.0)
+            u[active[gone]] = at_touch[active[gone]]
+            found = self._gaps(active, u, seen.foot[active])
+            gone |= np.any(np.isnan(found.gap), axis=(1, 2))
+            outcome[active[gone]] = _LOST
+            seen.put(active, found)
+            problem = self._energy(active, u, found)
+            point = problem.at(np.zeros_like(u[active]))
+            imbalance[active] = problem.imbalance(point)
+            history.append((float(np.max(point.force)), float(np.max(point.approach))))
+            todo = ~gone & ~(imbalance[active] < self._tolerance(active))
+            if not np.any(todo):
+                break
+            problem, active = problem.poses(todo), active[todo]
+            u[active] += minimise(problem, np.zeros_like(u[active]), enough).step
+        everything = np.arange(len(u))
+        short = (outcome < _NO_CONTACT) & ~(imbalance < self._tolerance(everything))
+        outcome[short] = _NOT_CONVERGED
+        return self._sharing(u, at_touch[:, 0], gap_at_touch, outcome, self._energy(everything, u, seen), history)
+
+    def _tolerance(self, active: IntArray) -> FloatArray:
+        """What the imbalance of each pose must fall below."""
+        floor = _ROUNDING_FORCE * self.case.drive.trochoid.pin_circle_radius / np.abs(self.torque[active])
+        tolerance: FloatArray = self.solver.tolerance + floor if self.solver.tolerance > 0.0 else np.zeros_like(floor)
+        return tolerance
+
+    def _gaps(self, active: IntArray | slice, u: FloatArray, start: FloatArray | None) -> Gaps:
+        """Exact gaps at the active poses, each disc with its own tooth where they differ."""
+        as_built, case = self.solver.as_built, self.case
+        meshing = self.meshing.poses(active)
+        motion = self.support.motion(u[active])
+        shift, turn = motion[..., 0] + 1j * motion[..., 1], motion[..., 2]
+        radius = case.drive.pin_radius + (0.0 if as_built.pin_oversize is None else as_built.pin_oversize)
+        pins = 0.0 if as_built.pin_shift is None else as_built.pin_shift
+        if as_built.teeth is None:
+            return gaps(case.profile, radius, meshing, shift, turn, pins, start)
+        discs = [
+            gaps(
+                tooth,
+                radius,
+                meshing.disc(j),
+                shift[:, j : j + 1],
+                turn[:, j : j + 1],
+                pins,
+                None if start is None else start[:, j : j + 1],
+            )
+            for j, tooth in enumerate(as_built.teeth)
+        ]
+        return Gaps.of_discs(discs)
+
+    def _rigid_touch(self) -> tuple[FloatArray, Gaps, IntArray]:
+        """Turn carrier and discs as one, bearings unstretched, until the first pin of any disc touches."""
+        everything, support = slice(None), self.support
+        u = np.zeros_like(support.rigid_motion)
+        rigid = support.motion(support.rigid_motion)[:, :, np.newaxis]
+        foot: FloatArray | None = None
+        for _ in range(_TOUCH_STEPS):
+            found = self._gaps(everything, u, foot)
+            foot = found.foot
+            arm = found.normal.real * rigid[..., 0] + found.normal.imag * rigid[..., 1] + found.lever * rigid[..., 2]
+            closing = closing_turn(self.case.profile, found.gap, self.direction[:, np.newaxis, np.newaxis] * arm)
+            step = self.direction * np.min(closing, axis=(1, 2))
+            arrived = (np.abs(step) < _TOUCHED) & ~np.any(np.isnan(found.gap), axis=(1, 2))
+            if np.all(arrived):
+                break
+            u = u + support.rigid_motion * np.where(arrived | ~np.isfinite(step), 0.0, step)[:, np.newaxis]
+        outcome = np.full(len(u), _CONVERGED)
+        outcome[np.min(found.gap, axis=(1, 2)) < -OVERLAP_TOLERANCE] = _INTERFERENCE
+        outcome[~arrived] = _NO_CONTACT
+        return u, found, outcome
+
+    def _overclosure(self) -> FloatArray:
+        """A rotation that surely closes several pins, shape (poses,) [rad]."""
+        drive = self.case.drive
+        per_disc = np.abs(self.torque) / drive.discs / drive.trochoid.longest_lever
+        delta = self.case.law.approach(per_disc, self.case.line_contact(np.zeros_like(per_disc)))
+        return self.direction * delta / drive.trochoid.longest_lever
+
+    def _energy(self, active: IntArray, u: FloatArray, found: Gaps) -> StageEnergy:
+        support = self.support.poses(active)
+        return StageEnergy(
+            law=self.case.law,
+            contact=self.case.line_contact(found.curvature),
+            gap=found.gap,
+            normal_x=found.normal.real.copy(),
+            normal_y=found.normal.imag.copy(),
+            lever=found.lever,
+            disc_unknowns=support.disc_unknowns,
+            spring_stretch=support.spring_stretch,
+            spring_matrix=self.spring_matrix[active],
+            stretch=support.misfit + np.einsum("psdu,pu->psd", support.spring_stretch, u[active]),
+            bearing_stiffness=support.stiffness,
+            play=support.play,
+            torque=self.torque[active],
+            rotation=u[active, 0],
+            arm=support.arm,
+        )
+
+    def _sharing(
+        self,
+        u: FloatArray,
+        touch: FloatArray,
+        gap_at_touch: FloatArray,
+        outcome: IntArray,
+        problem: StageEnergy,
+        history: list[tuple[float, float]],
+    ) -> LoadSharing:
+        point = problem.at(np.zeros_like(u))
+        sense = self.direction[:, np.newaxis, np.newaxis]
+        bearings = point.bearing_force.reshape(len(u), self.case.drive.discs, -1, 2)
+        return LoadSharing(
+            case=self.case,
+            solver="stage",
+            crank_angle=self.meshing.crank_angle[:, 0],
+            torque=self.torque,
+            phase=sense * self.meshing.phase,
+            gap=gap_at_touch,
+            approach=np.maximum(point.approach, 0.0),
+            force=point.force,
+            pressure=self.case.law.peak_pressure(point.force, problem.contact),
+            lever=sense * problem.lever,
+            pin_stiffness=point.stiffness,
+            rotation=u[:, 0],
+            touch=touch,
+            torsional_stiffness=_torsional_stiffness(problem, point),
+            residual=problem.imbalance(point),
+            outcome=outcome,
+            max_force=float(np.max(point.force)),
+            delta_max=float(np.max(point.approach, initial=0.0)),
+            history=tuple(history),
+            stage=StageMotion(
+                meshing=self.meshing,
+                motion=self.support.motion(u),
+                normal=problem.normal_x + 1j * problem.normal_y,
+                bearing_force=bearings[..., 0] + 1j * bearings[..., 1],
+                energy=point.energy,
+            ),
+        )
+
+
+def _torsional_stiffness(problem: StageEnergy, point: EnergyPoint) -> FloatArray:
+    """dT/dΘ at the equilibrium with every disc free to follow, shape (poses,) [N·mm/rad]."""
+    hessian = problem.hessian(point)
+    discs, coupling = hessian[:, 1:, 1:], hessian[:, 1:, :1]
+    # A disc afloat has nothing to follow with: pinv leaves it where it is.
+    follow = np.linalg.pinv(discs, hermitian=True, rcond=1e-12) @ coupling
+    stiffness: FloatArray = hessian[:, 0, 0] - np.sum(coupling * follow, axis=(1, 2))
+    return stiffness
