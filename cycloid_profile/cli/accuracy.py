@@ -24,7 +24,7 @@ def accuracy(
     spec
         Spec file (TOML).
     """
-    from cycloid_profile.cli.figures import accuracy_rows, closing_words
+    from cycloid_profile.cli.figures import accuracy_rows, closing_words, stage_rows
     from cycloid_profile.design.record import design_disc
     from cycloid_profile.design.summary import summary
     from cycloid_profile.export.folder import whole_or_nothing
@@ -45,5 +45,7 @@ def accuracy(
         print_json(figures)
     else:
         print_table(f"{record.spec.name}: accuracy", ("", "conventional", "compensated"), accuracy_rows(figures))
+        print()
+        print_table("whole stage, tooth as ground, rated torque", ("", ""), stage_rows(figures))
         print(f"\npicture: {figures['picture']}")
     return closing_words(figures)

@@ -20,6 +20,18 @@ _LOAD = (
     ("loaded pins", "loaded_pins"),
     ("peak pressure [MPa]", "max_pressure_mpa"),
 )
+_STAGE = (
+    ("largest pin force [N]", "max_force_n"),
+    ("peak pressure [MPa]", "max_pressure_mpa"),
+    ("shear under the surface [MPa]", "max_subsurface_shear_mpa"),
+    ("fewest loaded pins of a disc", "fewest_loaded_pins"),
+    ("largest crank bearing force [N]", "max_bearing_force_n"),
+    ("tangent torsional stiffness [N·m/′]", "torsional_stiffness_nm_per_arcmin"),
+    ("fastest sliding of a loaded pin [mm/s]", "max_sliding_speed_mm_per_s"),
+    ("mesh loss, estimate [W]", "mesh_loss_w"),
+    ("crank bearing loss, estimate [W]", "bearing_loss_w"),
+    ("efficiency of this stage, estimate", "efficiency"),
+)
 
 
 def accuracy_rows(figures: dict[str, Any]) -> list[tuple[str, ...]]:
@@ -34,6 +46,11 @@ def load_rows(figures: dict[str, Any]) -> list[tuple[str, ...]]:
     return [(label, shown(figures["classical"][key]), shown(figures["equilibrium"][key])) for label, key in _LOAD]
 
 
+def stage_rows(figures: dict[str, Any]) -> list[tuple[str, ...]]:
+    """Rows label, value of the whole stage under load."""
+    return [(label, shown(figures["under_load"][key])) for label, key in _STAGE]
+
+
 def closing_words(figures: dict[str, Any]) -> int:
     """Say on stderr what a reader must know and what failed; returns the exit status."""
     if figures["rated_torque_assumed"]:
@@ -41,6 +58,9 @@ def closing_words(figures: dict[str, Any]) -> int:
         warn(f"load.rated_torque_nm is not given: {torque} N·m is assumed from the size")
     if figures["effects_not_simulated"]:
         warn(f"kept in the spec but not simulated yet: {', '.join(figures['effects_not_simulated'])}")
+    for check in figures["checks"]:
+        if not (check["passed"] or check["severe"]):
+            warn(f"advice: {check['sentence']}")
     for failure in figures["failures"]:
         warn(failure)
     return 1 if figures["failures"] else 0

@@ -56,7 +56,9 @@ class AsBuilt:
         for name, shape in shapes.items():
             value = getattr(self, name)
             if value is not None and np.shape(value) != shape:
-                raise LoadError(name, f"of shape {np.shape(value)}", f"is not of shape {shape}", "give one value a part")
+                raise LoadError(
+                    name, f"of shape {np.shape(value)}", f"is not of shape {shape}", "give one value a part"
+                )
         if self.teeth is not None and len(self.teeth) != drive.discs:
             raise LoadError("teeth", len(self.teeth), f"is not the {drive.discs} discs", "give one tooth a disc")
 

@@ -12,6 +12,7 @@ from cycloid_profile.errors import LoadError
 from cycloid_profile.geometry.drive import Drive
 from cycloid_profile.geometry.profile import ToothProfile
 
+
 @dataclass(frozen=True, slots=True)
 class LoadCase:
     """What a load-sharing solver needs.

@@ -139,10 +139,13 @@ def balance_moments(
         # The carried moment is convex and rising in β: Newton from above descends without overshoot.
         step = (moment - torque) / np.bincount(pose, stiffness * arm**2, poses)
         beta = np.where(moving, beta - step, beta)
-    whole = [np.zeros_like(gap) for _ in range(3)]
-    for array, part in zip(whole, (approach, force, stiffness), strict=True):
-        array[pose, pin] = part
-    return MomentBalance(beta, *whole, residual, tuple(history))
+
+    def all_pins(reached_ones: FloatArray) -> FloatArray:
+        every = np.zeros_like(gap)
+        every[pose, pin] = reached_ones
+        return every
+
+    return MomentBalance(beta, all_pins(approach), all_pins(force), all_pins(stiffness), residual, tuple(history))
 
 
 _LEAST_APPROACH = 1e-30  # mm; stands in for none where a law divides by it

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -55,13 +56,16 @@ class Gaps:
             getattr(self, field.name)[poses] = getattr(others, field.name)
 
 
-class _Foot(NamedTuple):
-    """Foot points: phase, flank (±1, None on a tooth without corners), the point itself, the way from it to
-    the pin [mm], on which side of the curve the pin is (±1), curvature [1/mm].
+@dataclass(frozen=True, slots=True)
+class _Foot:
+    """Foot points, arrays of one shape.
+
+    ``phase`` [rad]; ``side`` the flank kept to (±1); ``position`` of the foot and the way ``away`` from it to
+    the pin, complex [mm]; ``outside``, on which side of the curve the pin is (±1); ``curvature`` [1/mm].
     """
 
     phase: FloatArray
-    side: FloatArray | None
+    side: FloatArray
     position: ComplexArray
     away: ComplexArray
     outside: FloatArray
@@ -69,7 +73,31 @@ class _Foot(NamedTuple):
 
     @property
     def distance(self) -> FloatArray:
-        return self.outside * np.abs(self.away)
+        """From the foot to the pin centre, negative inside the disc [mm]."""
+        signed: FloatArray = self.outside * np.abs(self.away)
+        return signed
+
+    def at(self, which: BoolArray) -> _Foot:
+        """The feet where ``which`` is true, as one row."""
+        return self._each(lambda field: field[which])
+
+    def nearer(self, other: _Foot) -> _Foot:
+        """Of two candidate feet the nearer, element by element; the first where they tie."""
+        near, far = np.abs(self.away), np.abs(other.away)
+        swap: BoolArray = (far < near - 1e-15) | (np.isnan(near) & ~np.isnan(far))
+        if not np.any(swap):
+            return self
+        return _Foot(*(np.where(swap, getattr(other, f.name), getattr(self, f.name)) for f in fields(_Foot)))
+
+    def replaced(self, which: BoolArray, others: _Foot) -> _Foot:
+        """A copy with the feet where ``which`` is true taken from the row ``others``."""
+        copy = self._each(np.copy)
+        for f in fields(_Foot):
+            getattr(copy, f.name)[which] = getattr(others, f.name)
+        return copy
+
+    def _each(self, change: Callable[[Any], Any]) -> _Foot:
+        return _Foot(*(change(getattr(self, f.name)) for f in fields(_Foot)))
 
 
 def gaps(
@@ -84,8 +112,8 @@ def gaps(
     """Gap of every pin for discs moved by ``displacement`` [mm, complex] and ``rotation`` [rad].
 
     Shapes, and ``pin_shift``, as in ``Meshing.pin_in_lobe``; ``pin_radius`` is one for all or one for each
-    pin [mm]. ``start`` is a phase near each foot, such as the foot before a small move; the pin's own phase when None. The
-    result is exact to rounding: |p − P(ψ*)| − r_rp with the foot ψ* where (p − P)·P' = 0.
+    pin [mm]. ``start`` is a phase near each foot, such as the foot before a small move; the pin's own phase
+    when None. The result is exact to rounding: |p − P(ψ*)| − r_rp with the foot ψ* where (p − P)·P' = 0.
     """
     turn = np.asarray(rotation, dtype=np.float64)
     centre = meshing.pin_in_lobe(displacement, turn, pin_shift)
@@ -97,7 +125,7 @@ def gaps(
         normal = foot.away / distance
     outward = normal * np.exp(1j * turn)[..., np.newaxis] * np.conj(meshing.into_lobe)
     return Gaps(
-        gap=distance - pin_radius,
+        gap=distance - np.asarray(pin_radius, dtype=np.float64),
         foot=foot.phase,
         normal=outward,
         lever=foot.position.real * normal.imag - foot.position.imag * normal.real,
@@ -114,14 +142,14 @@ def nearest_foot(
     corner, on both sides of a root, and on every wave of a measured curve. NaN where Newton finds none.
     """
     foot = _nearest(profile, centre, start, lobe)
-    return foot.phase, flank_side(foot.phase) if foot.side is None else foot.side
+    return foot.phase, foot.side
 
 
 def _nearest(profile: ToothProfile, centre: ComplexArray, start: FloatArray, lobe: FloatArray | None) -> _Foot:
     side = _flank(profile, start)
     best = _foot_on(profile, centre, start, side, lobe)
-    if side is not None:
-        best = _nearer(best, _foot_on(profile, centre, start, -side, lobe))
+    if profile.corners:
+        best = best.nearer(_foot_on(profile, centre, start, -side, lobe))
     beds, offsets = _beds(profile)
     bed = beds[0] if lobe is None else beds[np.mod(lobe, len(beds)).astype(np.intp)]
     # A point nearer to a foot than the least concave radius has no other foot there.
@@ -131,15 +159,11 @@ def _nearest(profile: ToothProfile, centre: ComplexArray, start: FloatArray, lob
         beyond &= np.abs(from_root) < _REACH
     if not np.any(beyond):
         return best
-    found = _Foot(*(None if field is None else field[beyond] for field in best))
-    for begin in _further_starts(profile, centre, start, from_root, lobe, beyond, offsets):
-        at_lobe = None if lobe is None else np.broadcast_to(lobe, centre.shape)[beyond]
-        found = _nearer(found, _foot_on(profile, centre[beyond], begin, _flank(profile, begin), at_lobe))
-    best = _Foot(*(None if field is None else field.copy() for field in best))
-    for whole, part in zip(best, found, strict=True):
-        if whole is not None:
-            whole[beyond] = part
-    return best
+    found = best.at(beyond)
+    at_lobe = None if lobe is None else np.broadcast_to(lobe, centre.shape)[beyond]
+    for begin in _further_starts(profile, centre[beyond], start[beyond], from_root[beyond], at_lobe, offsets):
+        found = found.nearer(_foot_on(profile, centre[beyond], begin, _flank(profile, begin), at_lobe))
+    return best.replaced(beyond, found)
 
 
 def _further_starts(
@@ -148,26 +172,24 @@ def _further_starts(
     start: FloatArray,
     from_root: FloatArray,
     lobe: FloatArray | None,
-    beyond: BoolArray,
     offsets: FloatArray | None,
 ) -> list[FloatArray]:
-    """Phases from which to look for nearer feet, each in the shape of the pins ``beyond``."""
+    """Phases from which to look for nearer feet, each in the shape of ``start``."""
     if offsets is None:
         # Feet beside a root lie at fixed phases, wherever the pin stands.
-        return [(start - from_root)[beyond] + offset for offset in _STARTS]
-    here, at_lobe = centre[beyond], None if lobe is None else np.broadcast_to(lobe, centre.shape)[beyond]
-    nearest, begin = np.full(here.shape, np.inf), start[beyond].copy()
+        return [(start - from_root) + offset for offset in _STARTS]
+    nearest, begin = np.full(start.shape, np.inf), start.copy()
     for offset in offsets:
-        psi = start[beyond] + offset
-        distance = np.abs(here - profile.at(psi, _flank(profile, psi), at_lobe).position)
+        psi = start + offset
+        distance = np.abs(centre - profile.at(psi, _flank(profile, psi), lobe).position)
         begin = np.where(distance < nearest, psi, begin)
         nearest = np.minimum(distance, nearest)
     return [begin]
 
 
-def _flank(profile: ToothProfile, phase: FloatArray) -> FloatArray | None:
-    """Flank to keep to, None where the tooth has no corner between flanks."""
-    return flank_side(phase) if profile.corners else None
+def _flank(profile: ToothProfile, phase: FloatArray) -> FloatArray:
+    """Flank to keep to; without corners there is nothing to keep to, and looking it up would cost a fifth."""
+    return flank_side(phase) if profile.corners else np.ones_like(phase)
 
 
 @lru_cache(maxsize=64)
@@ -191,22 +213,13 @@ def _beds(profile: ToothProfile) -> tuple[FloatArray, FloatArray | None]:
     return least, offsets
 
 
-def _nearer(one: _Foot, other: _Foot) -> _Foot:
-    """Of two candidate feet the nearer, element by element; the first where they tie."""
-    near, far = np.abs(one.away), np.abs(other.away)
-    swap: BoolArray = (far < near - 1e-15) | (np.isnan(near) & ~np.isnan(far))
-    if not np.any(swap):
-        return one
-    return _Foot(*(None if a is None else np.where(swap, b, a) for a, b in zip(one, other, strict=True)))
-
-
 def _foot_on(
-    profile: ToothProfile, centre: ComplexArray, start: FloatArray, side: FloatArray | None, lobe: FloatArray | None
+    profile: ToothProfile, centre: ComplexArray, start: FloatArray, side: FloatArray, lobe: FloatArray | None
 ) -> _Foot:
     """Newton from ``start``; with corners it stays within the flank ``side``."""
     low = high = None
     psi = start
-    if side is not None:
+    if profile.corners:
         # The flank next to the start: [0, π] or [−π, 0], moved by a turn where the start lies past a tip.
         middle = start - side * (0.5 * math.pi)
         middle = side * (0.5 * math.pi) + 2.0 * math.pi * np.round(middle / (2.0 * math.pi))

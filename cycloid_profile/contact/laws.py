@@ -196,8 +196,12 @@ class WeberBanaschek(_Logarithmic):
     """
 
     name: ClassVar[str] = "weber-banaschek"
-    source: ClassVar[str] = "Weber & Banaschek, Formänderung und Profilrücknahme bei gerad- und schrägverzahnten Rädern (1953)"
-    validity: ClassVar[str] = "bodies that are held at the depth of a pin radius, band up to a tenth of the smaller radius"
+    source: ClassVar[str] = (
+        "Weber & Banaschek, Formänderung und Profilrücknahme bei gerad- und schrägverzahnten Rädern (1953)"
+    )
+    validity: ClassVar[str] = (
+        "bodies that are held at the depth of a pin radius, band up to a tenth of the smaller radius"
+    )
 
     def _constants(self, contact: LineContact) -> tuple[float, FloatArray]:
         G = contact.compliance / (math.pi * contact.width)
@@ -218,7 +222,8 @@ class Palmgren(_PowerLaw):
     exponent: ClassVar[float] = 0.9
 
     def _factor(self, contact: LineContact) -> float:
-        return 3.84e-5 / contact.width**0.8
+        factor: float = 3.84e-5 / contact.width**0.8
+        return factor
 
 
 @dataclass(frozen=True, slots=True)
@@ -231,7 +236,8 @@ class Braendlein(_PowerLaw):
     exponent: ClassVar[float] = 0.925
 
     def _factor(self, contact: LineContact) -> float:
-        return 4.05e-5 / contact.width**0.85
+        factor: float = 4.05e-5 / contact.width**0.85
+        return factor
 
 
 LAWS = {law.name: law for law in (Roark(), Johnson(), ArticleLogarithm(), WeberBanaschek(), Palmgren(), Braendlein())}

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from cycloid_profile.arrays import ArrayLike, ComplexArray, FloatArray, IntArray
 from cycloid_profile.errors import LoadError
 from cycloid_profile.geometry.trochoid import Trochoid
-
 
 _OVER_POSES = ("crank_angle", "phase", "lobe", "pin_centre", "into_lobe")
 
@@ -50,7 +50,7 @@ class Meshing:
     @staticmethod
     def of_blocks(blocks: list[Meshing]) -> Meshing:
         """Blocks of poses as one."""
-        joined = {name: np.concatenate([getattr(block, name) for block in blocks]) for name in _OVER_POSES}
+        joined: dict[str, Any] = {name: np.concatenate([getattr(block, name) for block in blocks]) for name in _OVER_POSES}
         return replace(blocks[0], **joined)
 
     def disc(self, j: int) -> Meshing:

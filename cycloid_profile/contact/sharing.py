@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields, replace
 from enum import Enum
 from itertools import zip_longest
+from typing import Any
 
 import numpy as np
 
@@ -146,7 +147,7 @@ def joined(blocks: list[LoadSharing]) -> LoadSharing:
     if len(blocks) == 1:
         return blocks[0]
     first = blocks[0]
-    arrays = {
+    arrays: dict[str, Any] = {
         field.name: np.concatenate([getattr(block, field.name) for block in blocks])
         for field in fields(LoadSharing)
         if isinstance(getattr(first, field.name), np.ndarray)

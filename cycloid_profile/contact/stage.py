@@ -42,7 +42,7 @@ class StageEquilibrium:
     """
 
     poses: int = 24
-    tolerance: float = 1e-9
+    tolerance: float = 1e-10
     as_built: AsBuilt = AS_DRAWN
 
     def solve(self, case: LoadCase) -> LoadSharing:

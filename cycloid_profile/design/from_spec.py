@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -9,8 +10,9 @@ from cycloid_profile.compensation.fixed_point import LoadSharingSolver
 from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.contact.classical import Classical
 from cycloid_profile.contact.equilibrium import Equilibrium
-from cycloid_profile.contact.hertz import Material
+from cycloid_profile.contact.hertz import STEEL, Material
 from cycloid_profile.contact.laws import LAWS
+from cycloid_profile.contact.stage import StageEquilibrium
 from cycloid_profile.errors import GeometryError, LoadError, SpecError
 from cycloid_profile.geometry.drive import CentralEccentric, Cranks, Drive, InvoluteStage
 from cycloid_profile.geometry.outline import DiscOutline, Hole, least_web, ring_of_holes
@@ -30,7 +32,13 @@ _KEYS = {
     "torque": "load.rated_torque_nm",
 }
 
-_SOLVERS: dict[str, LoadSharingSolver] = {"equilibrium": Equilibrium(), "classical": Classical()}
+_SOLVERS: dict[str, LoadSharingSolver] = {
+    "equilibrium": Equilibrium(),
+    "classical": Classical(),
+    "stage": StageEquilibrium(),
+}
+# ISO 281:2007, Annex B: fatigue limit of bearing steel, contact stress 1500 MPa.
+STEEL_FATIGUE_LIMIT = 1500.0
 # Rated torque of an RV-40E per pin circle² × width × discs × modulus: a first guess where none is given.
 _TORQUE_PER_SIZE = 412e3 / (64.0**2 * 11.5 * 2 * 206e3)
 
@@ -38,9 +46,16 @@ _TORQUE_PER_SIZE = 412e3 / (64.0**2 * 11.5 * 2 * 206e3)
 def drive_of(spec: Spec) -> Drive:
     """The nominal drive. Raises ``GeometryError`` with the key's name where it cannot exist."""
     d = spec.drive
-    support: Cranks | CentralEccentric = CentralEccentric(d.eccentric.bearing_stiffness_n_per_mm)
+    support: Cranks | CentralEccentric = CentralEccentric(
+        d.eccentric.bearing_stiffness_n_per_mm, d.eccentric.bearing_play_um * UM
+    )
     if d.cranks is not None:
-        support = Cranks(d.cranks.count, d.cranks.circle_radius_mm, d.cranks.bearing_stiffness_n_per_mm)
+        support = Cranks(
+            d.cranks.count,
+            d.cranks.circle_radius_mm,
+            d.cranks.bearing_stiffness_n_per_mm,
+            d.cranks.bearing_play_um * UM,
+        )
     stage = d.first_stage
     first_stage = None if stage is None else InvoluteStage(stage.sun_teeth, stage.planet_teeth, stage.module_mm)
     with _key_names():
@@ -99,6 +114,19 @@ def _disc_share(spec: Spec) -> float:
     return min(1.0, 1.1 / spec.drive.discs) if spec.load.disc_share is None else spec.load.disc_share
 
 
+def allowable_pressure(spec: Spec) -> float | None:
+    """Allowable peak pressure [MPa]; None where the spec gives none and a body is no steel."""
+    given = spec.load.allowable_pressure_mpa
+    bodies = (_material(spec.materials.disc), _material(spec.materials.pin))
+    steel = all(body.youngs_modulus > 0.9 * STEEL.youngs_modulus for body in bodies)
+    return STEEL_FATIGUE_LIMIT if given is None and steel else given
+
+
+def output_speed(spec: Spec) -> float:
+    """Speed of the output [rad/s]."""
+    return spec.load.output_speed_rpm * 2.0 * math.pi / 60.0
+
+
 def compensation_solver(spec: Spec) -> LoadSharingSolver:
     """The solver that finds the deformation to compensate."""
     return _SOLVERS[spec.modification.compensation_solver]
@@ -120,6 +148,13 @@ def disc_outline(spec: Spec, drive: Drive, profile: ToothProfile) -> DiscOutline
         ring = spec.disc.output_holes
         holes += ring_of_holes("output hole", ring.count, ring.circle_radius_mm, ring.radius_mm)
     return DiscOutline(profile, tuple(hole for hole in holes if hole.radius > 0.0))
+
+
+def bearing_radius(outline: DiscOutline) -> float:
+    """Radius of the hole a crank bearing sits in: a crank hole, or the bore of a central eccentric [mm]."""
+    held = [hole.radius for hole in outline.holes if hole.name.startswith("crank hole")]
+    held += [hole.radius for hole in outline.holes if hole.name == "bore"]
+    return held[0] if held else 0.0
 
 
 def thinnest_wall(outline: DiscOutline) -> tuple[float, str]:

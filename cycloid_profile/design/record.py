@@ -2,21 +2,30 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
+import numpy as np
+
+from cycloid_profile.arrays import FloatArray
 from cycloid_profile.compensation.fixed_point import Compensation, compensate, compensate_by
 from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.contact.classical import Classical
 from cycloid_profile.contact.equilibrium import Equilibrium
+from cycloid_profile.contact.running import Losses, losses
 from cycloid_profile.contact.sharing import LoadSharing, Status
+from cycloid_profile.contact.stage import StageEquilibrium
 from cycloid_profile.design.accuracy import Accuracy, accuracy
-from cycloid_profile.design.checks import Check, design_checks
+from cycloid_profile.design.checks import Check, load_checks, shape_checks
 from cycloid_profile.design.from_spec import (
+    allowable_pressure,
+    bearing_radius,
     compensation_solver,
     conventional_profile,
     disc_outline,
     drive_of,
     load_case,
+    output_speed,
     thinnest_wall,
 )
 from cycloid_profile.errors import CompensationError, SolveError, SpecError
@@ -35,6 +44,8 @@ class DesignRecord:
 
     ``conventional`` is the tooth before deformation compensation, ``profile`` the one to be ground.
     ``compensation`` is None where none was asked for or it was refused; ``refusal`` then says why.
+    ``classical`` and ``equilibrium`` share the load on one disc of the conventional tooth; ``under_load`` is
+    the whole stage with the tooth to be ground, at rated torque over one turn of the crank.
     """
 
     spec: Spec
@@ -44,6 +55,8 @@ class DesignRecord:
     profile: ToothProfile
     classical: LoadSharing
     equilibrium: LoadSharing
+    under_load: LoadSharing
+    losses: Losses
     compensation: Compensation | None
     refusal: str | None
     conventional_accuracy: Accuracy
@@ -62,7 +75,7 @@ class DesignRecord:
         """Solves that ended without an answer."""
         said = [
             f"load sharing ({sharing.solver}) ended with '{sharing.status.value}'"
-            for sharing in (self.classical, self.equilibrium)
+            for sharing in (self.classical, self.equilibrium, self.under_load)
             if sharing.status is not Status.CONVERGED
         ]
         if not (self.conventional_accuracy.converged and self.compensated_accuracy.converged):
@@ -89,6 +102,7 @@ def design_disc(spec: Spec) -> DesignRecord:
     before = accuracy(case)
     after = before if compensation is None else accuracy(replace(case, profile=profile))
     outline = disc_outline(spec, drive, profile)
+    under_load = StageEquilibrium().at(replace(case, profile=profile), _crank_turn(drive))
     return DesignRecord(
         spec=spec,
         drive=drive,
@@ -97,13 +111,25 @@ def design_disc(spec: Spec) -> DesignRecord:
         profile=profile,
         classical=Classical().solve(case),
         equilibrium=Equilibrium().solve(case),
+        under_load=under_load,
+        losses=losses(under_load, output_speed(spec), spec.load.friction_coefficient, bearing_radius(outline)),
         compensation=compensation,
         refusal=refusal,
         conventional_accuracy=before,
         compensated_accuracy=after,
         outline=outline,
-        checks=design_checks(drive, profile, after.backlash, thinnest_wall(outline)),
+        checks=(
+            *shape_checks(drive, profile, after.backlash, thinnest_wall(outline)),
+            *load_checks(under_load, allowable_pressure(spec)),
+        ),
     )
+
+
+def _crank_turn(drive: Drive) -> FloatArray:
+    """Crank angles over one turn that meet the pins a little later each time, some six for every pin [rad]."""
+    poses = min(6 * drive.trochoid.pins, 600) + 1
+    angles: FloatArray = 2.0 * math.pi * np.arange(poses) / poses
+    return angles
 
 
 def _compensation(spec: Spec, case: LoadCase) -> tuple[Compensation | None, str | None]:
@@ -120,7 +146,8 @@ def _compensation(spec: Spec, case: LoadCase) -> tuple[Compensation | None, str 
         )
     try:
         if wanted is True:
-            return compensate(case, compensation_solver(spec)), None
+            designed_for = replace(case, torque=spec.modification.compensation_load_share * case.torque)
+            return compensate(designed_for, compensation_solver(spec)), None
         return compensate_by(case, wanted * UM), None
     except (CompensationError, SolveError) as error:
         return None, str(error)

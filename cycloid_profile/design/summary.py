@@ -5,9 +5,13 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from cycloid_profile.contact.backlash import input_locked_factor
+from cycloid_profile.contact.running import sliding_speed
 from cycloid_profile.contact.sharing import LoadSharing
 from cycloid_profile.design.accuracy import Accuracy
+from cycloid_profile.design.from_spec import output_speed
 from cycloid_profile.design.record import DesignRecord
 from cycloid_profile.geometry.curvature import least_radii
 from cycloid_profile.geometry.drive import set_up_amounts
@@ -41,8 +45,10 @@ def summary(record: DesignRecord) -> dict[str, Any]:
         "rated_torque_assumed": spec.load.rated_torque_nm is None,
         "classical": _sharing(record.classical),
         "equilibrium": _sharing(record.equilibrium),
+        "under_load": _under_load(record),
         "compensation": {
             "applied": compensation is not None,
+            "load_share": spec.modification.compensation_load_share,
             "delta_max_um": 0.0 if compensation is None else compensation.delta_max / UM,
             "solver": _solver(record),
             "rounds": 0 if compensation is None else len(compensation.history),
@@ -52,7 +58,14 @@ def summary(record: DesignRecord) -> dict[str, Any]:
         "conventional": _accuracy(record.conventional_accuracy),
         "compensated": _accuracy(record.compensated_accuracy),
         "checks": [
-            {"name": c.name, "passed": c.passed, "value": c.value, "limit": c.limit, "severe": c.severe}
+            {
+                "name": c.name,
+                "passed": c.passed,
+                "value": c.value,
+                "limit": c.limit,
+                "severe": c.severe,
+                "sentence": c.sentence,
+            }
             for c in record.checks
         ],
         "effects_not_simulated": [effect["name"] for effect in spec.effects],
@@ -73,8 +86,35 @@ def _sharing(sharing: LoadSharing) -> dict[str, Any]:
         "loaded_pins": sharing.loaded_pins,
         "max_pressure_mpa": sharing.max_pressure,
         "iterations": sharing.iterations,
-        "residual": _finite(sharing.residual),
+        "residual": _finite(sharing.max_residual),
         "status": sharing.status.value,
+    }
+
+
+def _under_load(record: DesignRecord) -> dict[str, Any]:
+    """The whole stage at rated torque with the tooth to be ground, over one turn of the crank."""
+    loaded, drive = record.under_load, record.drive
+    assert loaded.stage is not None
+    contact = record.case.line_contact(record.profile.at(np.abs(loaded.phase)).curvature)
+    slide = sliding_speed(drive, loaded.phase, output_speed(record.spec))
+    stiffness = loaded.torsional_stiffness * ARCMIN / NEWTON_METRE
+    return {
+        "max_force_n": loaded.max_force,
+        "max_pressure_mpa": loaded.max_pressure,
+        "max_subsurface_shear_mpa": float(np.max(contact.subsurface_shear(loaded.force))),
+        "shear_depth_um": float(np.max(contact.shear_depth(loaded.force))) / UM,
+        "loaded_pins": loaded.loaded_pins,
+        "fewest_loaded_pins": loaded.fewest_loaded_pins,
+        "twist_arcmin": float(np.mean(np.abs(loaded.twist))) / ARCMIN,
+        "torsional_stiffness_nm_per_arcmin": float(np.mean(stiffness)),
+        "max_bearing_force_n": float(np.max(np.abs(loaded.stage.bearing_force))),
+        "output_speed_rpm": record.spec.load.output_speed_rpm,
+        "max_sliding_speed_mm_per_s": float(np.max(np.where(loaded.loaded, slide, 0.0))),
+        "mesh_loss_w": record.losses.mesh,
+        "bearing_loss_w": record.losses.bearings,
+        "efficiency": record.losses.efficiency if record.losses.output > 0.0 else None,
+        "residual": _finite(loaded.max_residual),
+        "status": loaded.status.value,
     }
 
 

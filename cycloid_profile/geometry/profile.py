@@ -64,8 +64,8 @@ class ToothPoints:
             return kappa
         g, dq = self.along, self.rise
         bend = dq * (self.along_rate + self.turn * dq) + g * (self.turn * g - self.rise_rate)
-        kappa = bend / (g * g + dq * dq) ** 1.5
-        return kappa
+        bent: FloatArray = bend / (g * g + dq * dq) ** 1.5
+        return bent
 
     @property
     def xy(self) -> FloatArray:
@@ -146,9 +146,7 @@ class ToothProfile:
         """Whether every lobe is the same; false with a removal that goes once round the disc."""
         return not any(removal.whole_disc for removal in self.removals)
 
-    def at(
-        self, phase: ArrayLike, side: FloatArray | None = None, lobe: FloatArray | None = None
-    ) -> ToothPoints:
+    def at(self, phase: ArrayLike, side: FloatArray | None = None, lobe: FloatArray | None = None) -> ToothPoints:
         """Points of the curve at the given phases [rad] (Eqs. 7–8).
 
         ``side`` (±1, in the shape of ``phase``) overrides which flank's smooth branch is used, which

@@ -93,10 +93,8 @@ def sample(profile: ToothProfile, sampling: Sampling) -> ToothPoints:
     m = np.arange(lobes, dtype=np.float64)[:, np.newaxis]
     phase = psi + 2.0 * math.pi * m
     turn = np.exp(-2j * math.pi * m / lobes)
-    if profile.lobes_alike:
-        points = profile.at(psi)
-    else:
-        points = profile.at(*np.broadcast_arrays(psi, flank_side(psi), m))
+    each = np.broadcast_arrays(psi, flank_side(psi), m)
+    points = profile.at(psi) if profile.lobes_alike else profile.at(*each)
 
     def round_disc(value: FloatArray | None) -> FloatArray | None:
         return None if value is None else np.broadcast_to(value, phase.shape).ravel()

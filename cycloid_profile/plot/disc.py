@@ -41,7 +41,7 @@ def disc_in_pins(record: DesignRecord) -> Figure:
             for t in angle
         ]
         collection = PatchCollection(pins, cmap=_colours(), edgecolor=BLACK, linewidth=0.7)
-        force = record.equilibrium.force[0]
+        force = record.equilibrium.force[0, 0]
         collection.set_array(np.ma.masked_equal(force, 0.0))
         collection.set_clim(0.0, float(np.max(force)))
         ax.add_collection(collection)

@@ -12,6 +12,7 @@ from cycloid_profile.plot.convergence import convergence
 from cycloid_profile.plot.deformation import deformation
 from cycloid_profile.plot.disc import disc_in_pins
 from cycloid_profile.plot.sharing import gap_and_force
+from cycloid_profile.plot.under_load import under_load
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -32,6 +33,9 @@ PICTURES = (
     Picture("profile_comparison", "Theoretical, modified and compensated tooth along one lobe.", profile_comparison),
     Picture("gap_and_force", "Gap of each pin before load, and its force under load.", gap_and_force),
     Picture("deformation", "Deformation under load, as it is added back to the tooth.", deformation),
+    Picture(
+        "under_load", "The whole stage at rated torque: force and pressure of the pins, sliding, bearings.", under_load
+    ),
     Picture("convergence", "How the iterations end.", convergence),
     Picture("accuracy", "Torque against twist, and transmission error over one mesh cycle.", accuracy_plot),
 )

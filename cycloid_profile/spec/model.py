@@ -38,6 +38,15 @@ class CranksSpec(Table, frozen=True):
     bearing_stiffness_n_per_mm: Annotated[
         float, _key("Radial stiffness of each crank bearing [N/mm].", "give a stiffness such as 4.0e5", **_STIFFNESS)
     ] = 4.0e5
+    bearing_play_um: Annotated[
+        float,
+        _key(
+            "Radial play of each crank bearing, half the diametral clearance [µm].",
+            "give half the diametral clearance, 0 for none",
+            ge=0,
+            le=1000,
+        ),
+    ] = 0.0
 
 
 class EccentricSpec(Table, frozen=True):
@@ -46,6 +55,15 @@ class EccentricSpec(Table, frozen=True):
     bearing_stiffness_n_per_mm: Annotated[
         float, _key("Radial stiffness of the eccentric bearing [N/mm].", "give a stiffness such as 4.0e5", **_STIFFNESS)
     ] = 4.0e5
+    bearing_play_um: Annotated[
+        float,
+        _key(
+            "Radial play of the eccentric bearing, half the diametral clearance [µm].",
+            "give half the diametral clearance, 0 for none",
+            ge=0,
+            le=1000,
+        ),
+    ] = 0.0
 
 
 class FirstStageSpec(Table, frozen=True):
@@ -113,7 +131,28 @@ class LoadSpec(Table, frozen=True):
         ]
         | None
     ) = None
-    contact_law: Annotated[Literal["roark", "johnson", "article"], _key("Line-contact law.", "")] = "roark"
+    contact_law: Annotated[
+        Literal["roark", "johnson", "article", "weber-banaschek", "palmgren", "braendlein"],
+        _key("Line-contact law, see docs/theory.md.", ""),
+    ] = "roark"
+    output_speed_rpm: Annotated[
+        float, _key("Speed of the output, for sliding and losses [rpm].", "give a speed", ge=0, le=1e5)
+    ] = 15.0
+    friction_coefficient: Annotated[
+        float, _key("Coefficient of friction between tooth and pin, for losses.", "grease on steel: 0.05", ge=0, le=1)
+    ] = 0.05
+    allowable_pressure_mpa: (
+        Annotated[
+            float,
+            _key(
+                "Allowable peak pressure of the line contact [MPa]; 1500 for steel on steel, else not checked.",
+                "give a pressure",
+                gt=0,
+                le=1e5,
+            ),
+        ]
+        | None
+    ) = None
 
 
 class ModificationSpec(Table, frozen=True):
@@ -134,8 +173,12 @@ class ModificationSpec(Table, frozen=True):
         _key("true: from the load; false: none; a number: delta_max [µm].", "give true, false or delta_max in µm"),
     ] = False
     compensation_solver: Annotated[
-        Literal["equilibrium", "classical"], _key("Which load sharing finds delta_max.", "")
+        Literal["equilibrium", "classical", "stage"], _key("Which load sharing finds delta_max.", "")
     ] = "equilibrium"
+    compensation_load_share: Annotated[
+        float,
+        _key("Share of the rated torque whose deformation is compensated.", "give 1 for the rated torque", gt=0, le=3),
+    ] = 1.0
 
 
 class HolesSpec(Table, frozen=True):
