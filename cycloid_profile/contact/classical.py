@@ -65,6 +65,7 @@ class Classical:
             force=one_pose(forces),
             pressure=one_pose(contact.peak_pressure(forces)),
             lever=one_pose(lever),
+            curvature=one_pose(np.full_like(psi, contact.curvature)),
             pin_stiffness=one_pose(stiffness),
             rotation=np.array([turn]),
             touch=np.zeros(1),

@@ -78,6 +78,7 @@ class Equilibrium:
             force=answer.force[:, np.newaxis],
             pressure=case.law.peak_pressure(answer.force, contact)[:, np.newaxis],
             lever=lever[:, np.newaxis],
+            curvature=found.curvature,
             pin_stiffness=answer.stiffness[:, np.newaxis],
             rotation=turned + direction * answer.rotation,
             touch=turned,
@@ -133,12 +134,13 @@ def balance_moments(
         moment = np.bincount(pose, force * arm, poses)
         residual = np.abs(moment / torque - 1.0)
         history.append((float(np.max(force, initial=0.0)), float(np.max(beta))))
-        moving = ~(residual < tolerance)
+        rate = np.bincount(pose, stiffness * arm**2, poses)
+        # Without a pin in reach there is nothing to step by: a load that no law covers ends here.
+        moving = ~(residual < tolerance) & (rate > 0.0)
         if not np.any(moving):
             break
         # The carried moment is convex and rising in β: Newton from above descends without overshoot.
-        step = (moment - torque) / np.bincount(pose, stiffness * arm**2, poses)
-        beta = np.where(moving, beta - step, beta)
+        beta = np.where(moving, beta - (moment - torque) / np.where(moving, rate, 1.0), beta)
 
     def all_pins(reached_ones: FloatArray) -> FloatArray:
         every = np.zeros_like(gap)

@@ -224,6 +224,7 @@ class _Block:
             force=point.force,
             pressure=self.case.law.peak_pressure(point.force, problem.contact),
             lever=sense * problem.lever,
+            curvature=problem.contact.curvature,
             pin_stiffness=point.stiffness,
             rotation=u[:, 0],
             touch=touch,

@@ -112,6 +112,19 @@ def load_checks(under_load: LoadSharing, allowable_pressure: float | None) -> tu
             severe=False,
         ),
     ]
+    law = under_load.case.law
+    contact = under_load.case.line_contact(under_load.curvature)
+    outside = under_load.loaded & ~law.within_range(under_load.force, contact)
+    checks.append(
+        Check(
+            f"contact law ({law.name})",
+            not np.any(outside),
+            f"{np.count_nonzero(outside)} of {np.count_nonzero(under_load.loaded)} contacts outside its range",
+            f"made for {law.validity}",
+            "take another contact_law, or lower the torque",
+            severe=False,
+        )
+    )
     if allowable_pressure is not None:
         checks.append(
             Check(

@@ -95,7 +95,7 @@ def _under_load(record: DesignRecord) -> dict[str, Any]:
     """The whole stage at rated torque with the tooth to be ground, over one turn of the crank."""
     loaded, drive = record.under_load, record.drive
     assert loaded.stage is not None
-    contact = record.case.line_contact(record.profile.at(np.abs(loaded.phase)).curvature)
+    contact = record.case.line_contact(loaded.curvature)
     slide = sliding_speed(drive, loaded.phase, output_speed(record.spec))
     stiffness = loaded.torsional_stiffness * ARCMIN / NEWTON_METRE
     return {

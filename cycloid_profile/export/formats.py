@@ -40,8 +40,16 @@ def write_formats(
     Raises
     ------
     ExportError
-        If a file, read back, does not keep its promise.
+        If a file, read back, does not keep its promise, or the lobes of the tooth differ.
     """
+    if not record.profile.lobes_alike:
+        raise ExportError(
+            "tooth profile",
+            "with lobes that differ",
+            "is not what the exporters write, which is one lobe turned round the disc",
+            "export the profile without its measured deviation",
+            " ",
+        )
     written: list[WrittenFile] = []
     skipped: dict[str, str] = {}
     for name in dict.fromkeys(formats):
