@@ -77,19 +77,24 @@ def first_touch(profile: ToothProfile, pin_radius: float, meshing: Meshing, dire
     """
     rotation = np.zeros(meshing.phase.shape[:-1])
     way = np.broadcast_to(np.asarray(direction, dtype=np.float64), rotation.shape)
-    foot: FloatArray | None = None
     rounding = _ROUNDING * profile.trochoid.pin_circle_radius
+    seen = gaps(profile, pin_radius, meshing, rotation=rotation)
+    settled = np.zeros(rotation.shape, dtype=np.bool_)
+    active = np.arange(len(rotation))
     for _ in range(_MAX_STEPS):
-        found = gaps(profile, pin_radius, meshing, rotation=rotation, start=foot)
-        foot = found.foot
-        turn = closing_turn(profile, found.gap, way[..., np.newaxis] * found.lever)
+        turn = closing_turn(profile, seen.gap[active], way[active, :, np.newaxis] * seen.lever[active])
         first = np.argmin(turn, axis=-1)[..., np.newaxis]
-        step, left = (np.take_along_axis(value, first, axis=-1)[..., 0] for value in (turn, found.gap))
-        settled = (np.abs(left) < rounding) & np.isfinite(step) & ~np.any(np.isnan(found.gap), axis=-1)
-        if np.all(settled):
+        step, left = (np.take_along_axis(value, first, axis=-1)[..., 0] for value in (turn, seen.gap[active]))
+        touching = (np.abs(left) < rounding) & np.isfinite(step) & ~np.any(np.isnan(seen.gap[active]), axis=-1)
+        settled[active] = touching
+        rotation[active] += way[active] * np.where(touching | ~np.isfinite(step), 0.0, step)
+        # A pose that has settled is left alone, so that it does not depend on the others.
+        active = active[~np.all(touching, axis=-1)]
+        if not active.size:
             break
-        rotation = rotation + way * np.where(settled | ~np.isfinite(step), 0.0, step)
-    return Touch(rotation, found, settled)
+        start = seen.foot[active]
+        seen.put(active, gaps(profile, pin_radius, meshing.poses(active), rotation=rotation[active], start=start))
+    return Touch(rotation, seen, settled)
 
 
 def closing_turn(profile: ToothProfile, gap: FloatArray, arm: FloatArray) -> FloatArray:

@@ -8,6 +8,7 @@ from typing import TypeVar
 import numpy as np
 
 from cycloid_profile.arrays import ArrayLike, FloatArray
+from cycloid_profile.contact.meshing import finite_angles
 from cycloid_profile.errors import LoadError
 
 Result = TypeVar("Result")
@@ -15,7 +16,7 @@ BLOCK = 256  # poses; the arrays of one block and its temporaries fit a second-l
 
 
 def over_blocks(solve: Callable[[slice], Result], poses: int, size: int = BLOCK) -> Iterator[Result]:
-    """``solve`` of each block, in order. A pose's answer must not depend on its block.
+    """``solve`` of each block, in order. A pose's answer must not depend on its block, rounding apart.
 
     On one thread: numpy's calls on arrays of this size are so short that threads wait for each other.
     """
@@ -23,8 +24,8 @@ def over_blocks(solve: Callable[[slice], Result], poses: int, size: int = BLOCK)
 
 
 def poses_and_torques(crank_angle: ArrayLike, torque: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Crank angles and torques, one of each for every pose; raises ``LoadError`` on a torque that is no load."""
-    phi = np.atleast_1d(np.asarray(crank_angle, dtype=np.float64))
+    """Crank angles and torques, one of each for every pose; raises ``LoadError`` on an angle or load that is none."""
+    phi = finite_angles(crank_angle)
     T = np.atleast_1d(np.asarray(torque, dtype=np.float64))
     bad = ~np.isfinite(T) | (T == 0.0)
     if np.any(bad):
@@ -33,6 +34,10 @@ def poses_and_torques(crank_angle: ArrayLike, torque: ArrayLike) -> tuple[FloatA
             f"{T[bad][0]} N·mm",
             "is zero or not finite",
             "give a load; the unloaded drive is what backlash is for",
+        )
+    if T.ndim != 1 or not (T.size == phi.size or 1 in (T.size, phi.size)):
+        raise LoadError(
+            "torque", f"of shape {T.shape}", f"does not go with {phi.size} crank angles", "give one, or one a pose"
         )
     phi, T = np.broadcast_arrays(phi, T)
     return phi, T

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from importlib.util import find_spec
 
 import numpy as np
 
@@ -12,12 +13,16 @@ from cycloid_profile.contact.backlash import OVERLAP_TOLERANCE, first_touch
 from cycloid_profile.contact.batch import over_blocks, poses_and_torques
 from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.contact.hertz import ContactLaw, LineContact
+from cycloid_profile.contact.laws import Logarithmic
 from cycloid_profile.contact.meshing import mesh, mesh_cycle
 from cycloid_profile.contact.sharing import STATUSES, LoadSharing, Status, joined
 
 # A pin with less than this share of the longest lever hardly turns the disc.
 _LONG_ARM = 0.5
 _POSES_PER_BLOCK = 1024
+# Poses × pins; below, the compiled twin would take longer to load than it saves.
+_WORTH_COMPILING = 200_000
+_NUMBA = find_spec("numba") is not None
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,30 +122,62 @@ def balance_moments(
 ) -> MomentBalance:
     """Rotations β with Σ F_i(β l_i − Δ_i) l_i = ``torque``, shape (poses,) [N·mm].
 
-    ``gap`` Δ ≥ 0 [mm] and ``lever`` l [mm] have shape (poses, pins), as has the curvature of ``contact``.
+    ``gap`` Δ ≥ 0 [mm] and ``lever`` l [mm] have shape (poses, pins), as has the curvature of ``contact``. Many
+    poses of a logarithmic law go to the compiled twin of this function, where numba is installed.
     """
+    if gap.size >= _WORTH_COMPILING and isinstance(law, Logarithmic) and _NUMBA:
+        from cycloid_profile.contact.compiled import balanced
+
+        rotation, approach, force, stiffness, residual, settled = balanced(law, contact, gap, lever, torque, tolerance)
+        if np.all(settled):
+            steps = ((float(np.max(force)), float(np.max(rotation))),)
+            return MomentBalance(rotation, approach, force, stiffness, residual, steps)
+    return balance_moments_plainly(law, contact, gap, lever, torque, tolerance, max_iterations)
+
+
+def balance_moments_plainly(
+    law: ContactLaw,
+    contact: LineContact,
+    gap: FloatArray,
+    lever: FloatArray,
+    torque: FloatArray,
+    tolerance: float = 1e-12,
+    max_iterations: int = 60,
+) -> MomentBalance:
+    """``balance_moments`` in numpy, for any law: the reference."""
     beta = _upper_bound(law, contact, gap, lever, torque)
     # Pins that the first, largest rotation does not reach never carry: the rest of the work leaves them out.
-    pose, pin = np.nonzero(beta[:, np.newaxis] * lever > gap)
-    arm, wait, reached = lever[pose, pin], gap[pose, pin], contact.at((pose, pin))
+    reached = np.flatnonzero(beta[:, np.newaxis] * lever > gap)
+    pose, pin = np.divmod(reached, gap.shape[1])
+    arm, wait, prepared = lever.ravel()[reached], gap.ravel()[reached], law.prepare(contact.at((pose, pin)))
     poses = len(beta)
+
+    def per_pose(value: FloatArray) -> FloatArray:
+        total: FloatArray = np.bincount(pose, value, poses).astype(np.float64, copy=False)
+        return total
+
+    start: FloatArray | None = None
     approach, force, stiffness = (np.zeros_like(arm) for _ in range(3))
     residual = np.full(poses, np.inf)
     history: list[tuple[float, float]] = []
     for _ in range(max_iterations):
-        approach = np.maximum(beta[pose] * arm - wait, 0.0)
-        force, stiffness, _ = law.response(np.maximum(approach, _LEAST_APPROACH), reached)
-        force, stiffness = np.where(approach > 0.0, force, 0.0), np.where(approach > 0.0, stiffness, 0.0)
-        moment = np.bincount(pose, force * arm, poses)
+        approach = beta[pose] * arm - wait
+        touching = approach > 0.0
+        answer = prepared.response(np.maximum(approach, _LEAST_APPROACH), start)
+        # The rotation only falls: a pin that lets go never comes back, and its start no longer matters.
+        start = answer.start
+        force, stiffness = answer.force * touching, answer.stiffness * touching
+        moment = per_pose(force * arm)
         residual = np.abs(moment / torque - 1.0)
         history.append((float(np.max(force, initial=0.0)), float(np.max(beta))))
-        rate = np.bincount(pose, stiffness * arm**2, poses)
+        rate = per_pose(stiffness * (arm * arm))
         # Without a pin in reach there is nothing to step by: a load that no law covers ends here.
         moving = ~(residual < tolerance) & (rate > 0.0)
         if not np.any(moving):
             break
         # The carried moment is convex and rising in β: Newton from above descends without overshoot.
         beta = np.where(moving, beta - (moment - torque) / np.where(moving, rate, 1.0), beta)
+    approach = np.maximum(approach, 0.0)
 
     def all_pins(reached_ones: FloatArray) -> FloatArray:
         every = np.zeros_like(gap)
@@ -156,10 +193,11 @@ _LEAST_APPROACH = 1e-30  # mm; stands in for none where a law divides by it
 def _upper_bound(
     law: ContactLaw, contact: LineContact, gap: FloatArray, lever: FloatArray, torque: FloatArray
 ) -> FloatArray:
-    """Rotation at which one pin alone would carry all, least over the pins, shape (poses,) [rad]."""
+    """Rotation at which one pin alone carries all, a pin that does so early, shape (poses,) [rad]."""
     # Pins with a short lever are left out: alone they would need a force no contact law covers.
     long_arm = _LONG_ARM * np.max(lever, axis=-1, keepdims=True)
-    arm = np.maximum(lever, long_arm)
-    alone = (gap + law.approach(torque[:, np.newaxis] / arm, contact)) / arm
-    bound: FloatArray = np.min(np.where(lever >= long_arm, alone, np.inf), axis=-1)
+    flat = law.approach(torque / long_arm[:, 0], replace(contact, curvature=np.zeros(len(torque))))
+    alone = np.where(lever >= long_arm, (gap + flat[:, np.newaxis]) / np.maximum(lever, long_arm), np.inf)
+    early = (np.arange(len(torque)), np.argmin(alone, axis=-1))
+    bound: FloatArray = (gap[early] + law.approach(torque / lever[early], contact.at(early))) / lever[early]
     return bound

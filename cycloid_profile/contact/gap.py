@@ -244,17 +244,17 @@ def _foot_on(
             )
         # Where the distance is not convex the full Newton step would run to a farthest point.
         step = np.clip(-slope / np.where(bend < 0.0, bend, -speed2), -_STEP_LIMIT, _STEP_LIMIT)
-        nxt = psi + step
         if low is not None and high is not None:
-            nxt = np.clip(nxt, low, high)
-            step = nxt - psi
-        psi = nxt
-        if not np.any(np.abs(step) >= _LAST_STEP):
+            step = np.clip(psi + step, low, high) - psi
+        going = np.abs(step) >= _LAST_STEP
+        if not np.any(going):
             break
+        # A foot that is found stays, so that it does not depend on what else is searched for.
+        psi = np.where(going, psi + step, psi)
     lost = ~(np.abs(step) < _LAST_STEP)  # a NaN is lost, too
     move = point.first * step
     position, away = point.position + move, centre - point.position - move
     if np.any(lost):
         away = np.where(lost, np.nan, away)
     outside = np.where(out * g - (0.0 if point.rise is None else across * point.rise) < 0.0, -1.0, 1.0)
-    return _Foot(psi, side, position, away, outside, point.curvature)
+    return _Foot(psi + step, side, position, away, outside, point.curvature)

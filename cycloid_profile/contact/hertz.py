@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from cycloid_profile.arrays import ArrayLike, BoolArray, FloatArray, IntArray
 from cycloid_profile.errors import LoadError
 
 # Johnson (1985) §4.2(c): the largest principal shear stress of a line contact and its depth.
-SHEAR_PER_PRESSURE, SHEAR_DEPTH_PER_HALF_WIDTH = 0.3003, 0.7861
+SHEAR_PER_PRESSURE, SHEAR_DEPTH_PER_HALF_WIDTH = 0.3003, 0.7862
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,6 +108,26 @@ class LineContact:
         return SHEAR_DEPTH_PER_HALF_WIDTH * self.half_width(force)
 
 
+class Response(NamedTuple):
+    """What a law answers to an approach: ``force`` [N], tangent ``stiffness`` [N/mm], ``energy`` ∫F dδ [N·mm].
+
+    ``start`` makes the next call for an approach nearby cheaper; its meaning is the law's own.
+    """
+
+    force: FloatArray
+    stiffness: FloatArray
+    energy: FloatArray
+    start: FloatArray
+
+
+class PreparedLaw(Protocol):
+    """A law with all that does not depend on the approach worked out."""
+
+    def response(self, approach: FloatArray, start: FloatArray | None = None) -> Response:
+        """Answer to an ``approach`` > 0 [mm], in the shape of the contact."""
+        ...
+
+
 class ContactLaw(Protocol):
     """Approach of pin and tooth under a force, and back. Shapes broadcast against ``contact.curvature``."""
 
@@ -136,6 +156,10 @@ class ContactLaw(Protocol):
 
     def stiffness(self, force: ArrayLike, contact: LineContact) -> FloatArray:
         """Tangent stiffness dF/dδ at ``force`` > 0 [N/mm]."""
+        ...
+
+    def prepare(self, contact: LineContact) -> PreparedLaw:
+        """The law at these contacts, for many approaches."""
         ...
 
     def response(self, approach: FloatArray, contact: LineContact) -> tuple[FloatArray, FloatArray, FloatArray]:

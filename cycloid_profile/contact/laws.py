@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from cycloid_profile.arrays import ArrayLike, BoolArray, FloatArray
-from cycloid_profile.contact.hertz import STEEL, LineContact
+from cycloid_profile.contact.hertz import STEEL, LineContact, PreparedLaw, Response
 
 # A band wider than this share of the smaller radius is no longer narrow; Hertz's own assumption.
 _NARROW = 0.1
@@ -22,6 +22,15 @@ _HALLEY_STEPS = 3
 
 class _HertzBand:
     """The contact band and its stresses after Hertz, whatever the law of approach."""
+
+    def prepare(self, contact: LineContact) -> PreparedLaw:
+        """See ``ContactLaw.prepare``."""
+        raise NotImplementedError
+
+    def response(self, approach: FloatArray, contact: LineContact) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """See ``ContactLaw.response``."""
+        found = self.prepare(contact).response(approach)
+        return found.force, found.stiffness, found.energy
 
     def half_width(self, force: ArrayLike, contact: LineContact) -> FloatArray:
         """See ``ContactLaw.half_width``."""
@@ -42,12 +51,26 @@ class _HertzBand:
         return narrow
 
 
-class _Logarithmic(_HertzBand):
+class LogarithmScale(NamedTuple):
+    """Constants of δ = G F (K − ln F): ``G`` [mm/N]; K = ``K0`` + ln(|ρ|/R), without |ρ| unless ``by_tooth_radius``."""
+
+    G: float
+    K0: float
+    by_tooth_radius: bool
+
+
+class Logarithmic(_HertzBand):
     """Laws of the form δ = G·F·(K − ln F), which hold up to ln F = K − 1, far beyond any pin's load."""
+
+    def scale(self, contact: LineContact) -> LogarithmScale:
+        """What does not depend on the curvature of the tooth."""
+        raise NotImplementedError
 
     def _constants(self, contact: LineContact) -> tuple[float, FloatArray]:
         """G [mm/N] and K."""
-        raise NotImplementedError
+        scale = self.scale(contact)
+        size = contact.tooth_radius if scale.by_tooth_radius else 1.0
+        return scale.G, scale.K0 + np.log(size / contact.relative_radius)
 
     def approach(self, force: ArrayLike, contact: LineContact) -> FloatArray:
         """See ``ContactLaw.approach``."""
@@ -72,25 +95,40 @@ class _Logarithmic(_HertzBand):
         k: FloatArray = 1.0 / (G * (K - np.log(F) - 1.0))
         return k
 
-    def response(self, approach: FloatArray, contact: LineContact) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """See ``ContactLaw.response``."""
+    def prepare(self, contact: LineContact) -> PreparedLaw:
+        """See ``ContactLaw.prepare``."""
         G, K = self._constants(contact)
-        y = approach / G
-        v = _slack(y, K)
-        F = y / v
-        # ∫F dδ with δ = G F v and v = K − ln F.
-        return F, 1.0 / (G * (v - 1.0)), 0.5 * G * F * F * (v - 0.5)
+        return _PreparedLogarithm(G, K + math.log(G))
 
 
 def _slack(y: FloatArray, K: FloatArray) -> FloatArray:
-    """v = K − ln F where F v = y: the root above 1 of v − ln v = c, c = K − ln y, by Halley's iteration."""
-    c = np.maximum(K - np.log(y), 1.0 + 1e-9)
-    # One Newton step from v = c is within a few hundredths; each of Halley's then triples the digits.
-    v = c + np.log(c) * c / (c - 1.0)
-    for _ in range(_HALLEY_STEPS):
+    """v = K − ln F where F v = y: the root above 1 of v − ln v = c, c = K − ln y."""
+    return _halley(np.maximum(K - np.log(y), 1.0 + 1e-9), None)
+
+
+def _halley(c: FloatArray, start: FloatArray | None) -> FloatArray:
+    """Root above 1 of v − ln v = c by Halley's iteration, each step of which triples the digits."""
+    # One Newton step from v = c is within a few hundredths; a start from an approach nearby does with one step less.
+    v = c + np.log(c) * c / (c - 1.0) if start is None else start
+    for _ in range(_HALLEY_STEPS if start is None else _HALLEY_STEPS - 1):
         error, slope = v - np.log(v) - c, 1.0 - 1.0 / v
         v = v - error / (slope - 0.5 * error / (v * v * slope))
     return v
+
+
+@dataclass(frozen=True, slots=True)
+class _PreparedLogarithm:
+    """δ = G F (K − ln F); ``K_ln_G`` is K + ln G."""
+
+    G: float
+    K_ln_G: FloatArray
+
+    def response(self, approach: FloatArray, start: FloatArray | None = None) -> Response:
+        """See ``PreparedLaw.response``; ``start`` is v = K − ln F."""
+        v = _halley(np.maximum(self.K_ln_G - np.log(approach), 1.0 + 1e-9), start)
+        F = approach / (self.G * v)
+        # ∫F dδ with δ = G F v.
+        return Response(F, 1.0 / (self.G * (v - 1.0)), 0.5 * self.G * F * F * (v - 0.5), v)
 
 
 class _PowerLaw(_HertzBand):
@@ -120,11 +158,9 @@ class _PowerLaw(_HertzBand):
         k: FloatArray = F ** (1.0 - n) / (n * self._factor(contact)) + np.zeros_like(contact.curvature)
         return k
 
-    def response(self, approach: FloatArray, contact: LineContact) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """See ``ContactLaw.response``."""
-        n = self.exponent
-        F = (approach / self._factor(contact)) ** (1.0 / n)
-        return F, F / (n * approach), n / (n + 1.0) * F * approach
+    def prepare(self, contact: LineContact) -> PreparedLaw:
+        """See ``ContactLaw.prepare``."""
+        return _PreparedPower(self._factor(contact), self.exponent)
 
     def within_range(self, force: ArrayLike, contact: LineContact) -> BoolArray:
         """See ``ContactLaw.within_range``: a narrow band between steel bodies."""
@@ -133,41 +169,56 @@ class _PowerLaw(_HertzBand):
 
 
 @dataclass(frozen=True, slots=True)
-class Roark(_Logarithmic):
+class _PreparedPower:
+    """δ = A F^n."""
+
+    factor: float
+    exponent: float
+
+    def response(self, approach: FloatArray, start: FloatArray | None = None) -> Response:
+        """See ``PreparedLaw.response``; a power needs no start."""
+        n = self.exponent
+        F = (approach / self.factor) ** (1.0 / n)
+        return Response(F, F / (n * approach), n / (n + 1.0) * F * approach, F if start is None else start)
+
+
+@dataclass(frozen=True, slots=True)
+class Roark(Logarithmic):
     """δ = F C_E/(π b)·[2/3 + ln(16 r|ρ|/c²)], c = 1.60 √(2 F R C_E/b) the full width (Eq. 25)."""
 
     name: ClassVar[str] = "roark"
     source: ClassVar[str] = "Young & Budynas, Roark's Formulas for Stress and Strain, 7th ed. (2002), Table 14.1 case 2"
     validity: ClassVar[str] = "two cylinders of like material, band up to a tenth of the smaller radius"
 
-    def _constants(self, contact: LineContact) -> tuple[float, FloatArray]:
-        G = contact.compliance / (math.pi * contact.width)
-        K = 2.0 / 3.0 + np.log(16.0 * contact.pin_radius * contact.tooth_radius / _c2_per_force(contact))
-        return G, K
+    def scale(self, contact: LineContact) -> LogarithmScale:
+        """See ``Logarithmic.scale``."""
+        K0 = 2.0 / 3.0 + math.log(16.0 * contact.pin_radius / _c2_per_force_and_radius(contact))
+        return LogarithmScale(_G(contact), K0, True)
 
     def half_width(self, force: ArrayLike, contact: LineContact) -> FloatArray:
         """c/2 with the rounded constant of the table [mm]."""
-        half: FloatArray = 0.5 * np.sqrt(np.asarray(force, dtype=np.float64) * _c2_per_force(contact))
+        half: FloatArray = 0.5 * np.sqrt(
+            np.asarray(force, dtype=np.float64) * contact.relative_radius * _c2_per_force_and_radius(contact)
+        )
         return half
 
 
 @dataclass(frozen=True, slots=True)
-class Johnson(_Logarithmic):
+class Johnson(Logarithmic):
     """δ = F C_E/(2π b)·Σ[2 ln(4 R_i/h) − 1], h the half-width (Eq. 26)."""
 
     name: ClassVar[str] = "johnson"
     source: ClassVar[str] = "after Johnson, Contact Mechanics (1985), §5.6, each body a cylinder pressed across"
     validity: ClassVar[str] = "two cylinders, band up to a tenth of the smaller radius"
 
-    def _constants(self, contact: LineContact) -> tuple[float, FloatArray]:
-        G = contact.compliance / (math.pi * contact.width)
-        h2_per_force = 4.0 * contact.relative_radius * contact.compliance / (math.pi * contact.width)
-        K = np.log(16.0 * contact.pin_radius * contact.tooth_radius / h2_per_force) - 1.0
-        return G, K
+    def scale(self, contact: LineContact) -> LogarithmScale:
+        """See ``Logarithmic.scale``."""
+        # h² = 4 G R F.
+        return LogarithmScale(_G(contact), math.log(4.0 * contact.pin_radius / _G(contact)) - 1.0, True)
 
 
 @dataclass(frozen=True, slots=True)
-class ArticleLogarithm(_Logarithmic):
+class ArticleLogarithm(Logarithmic):
     """δ = (2F C_E/π b)·ln(3.8/C) with C = 3.8 c/X, X = 5.58 √(r|ρ|), c the full width (Eq. 27).
 
     The tooth-profile article prints C as a "damping coefficient"; read as a width ratio it is Roark's
@@ -178,10 +229,10 @@ class ArticleLogarithm(_Logarithmic):
     source: ClassVar[str] = "the tooth-profile article, its C read as a ratio of widths (docs/articles.md)"
     validity: ClassVar[str] = Roark.validity
 
-    def _constants(self, contact: LineContact) -> tuple[float, FloatArray]:
-        G = contact.compliance / (math.pi * contact.width)
-        K = np.log(5.58**2 * contact.pin_radius * contact.tooth_radius / _c2_per_force(contact))
-        return G, K
+    def scale(self, contact: LineContact) -> LogarithmScale:
+        """See ``Logarithmic.scale``."""
+        K0 = math.log(5.58**2 * contact.pin_radius / _c2_per_force_and_radius(contact))
+        return LogarithmScale(_G(contact), K0, True)
 
     def half_width(self, force: ArrayLike, contact: LineContact) -> FloatArray:
         """c/2, as in ``Roark`` [mm]."""
@@ -189,7 +240,7 @@ class ArticleLogarithm(_Logarithmic):
 
 
 @dataclass(frozen=True, slots=True)
-class WeberBanaschek(_Logarithmic):
+class WeberBanaschek(Logarithmic):
     """δ = F/(π b)·Σ C_i [ln(4 t²/h²) − μ_i/(1 − μ_i)] with the depth t = r of both bodies (Eq. 43).
 
     Counts the deformation down to the depth t only; C_i = (1 − μ_i²)/E_i, h the half-width.
@@ -203,13 +254,12 @@ class WeberBanaschek(_Logarithmic):
         "bodies that are held at the depth of a pin radius, band up to a tenth of the smaller radius"
     )
 
-    def _constants(self, contact: LineContact) -> tuple[float, FloatArray]:
-        G = contact.compliance / (math.pi * contact.width)
-        h2_per_force = 4.0 * contact.relative_radius * contact.compliance / (math.pi * contact.width)
+    def scale(self, contact: LineContact) -> LogarithmScale:
+        """See ``Logarithmic.scale``."""
         bodies = (contact.disc, contact.pin)
         across = sum(body.compliance * body.poisson_ratio / (1.0 - body.poisson_ratio) for body in bodies)
-        K = np.log(4.0 * contact.pin_radius**2 / h2_per_force) - across / contact.compliance
-        return G, K
+        K0 = math.log(contact.pin_radius**2 / _G(contact)) - across / contact.compliance
+        return LogarithmScale(_G(contact), K0, False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -243,7 +293,12 @@ class Braendlein(_PowerLaw):
 LAWS = {law.name: law for law in (Roark(), Johnson(), ArticleLogarithm(), WeberBanaschek(), Palmgren(), Braendlein())}
 
 
-def _c2_per_force(contact: LineContact) -> FloatArray:
-    """c²/F of the rounded full width c = 1.60 √(2 F R C_E/b) [mm²/N]."""
-    c2: FloatArray = 1.60**2 * 2.0 * contact.relative_radius * contact.compliance / contact.width
+def _G(contact: LineContact) -> float:  # noqa: N802 - the symbol of the formulas
+    """C_E/(π b) [mm/N]."""
+    return contact.compliance / (math.pi * contact.width)
+
+
+def _c2_per_force_and_radius(contact: LineContact) -> float:
+    """c²/(F R) of the rounded full width c = 1.60 √(2 F R C_E/b) [mm/N]."""
+    c2: float = 1.60**2 * 2.0 * contact.compliance / contact.width
     return c2

@@ -50,7 +50,9 @@ class Meshing:
     @staticmethod
     def of_blocks(blocks: list[Meshing]) -> Meshing:
         """Blocks of poses as one."""
-        joined: dict[str, Any] = {name: np.concatenate([getattr(block, name) for block in blocks]) for name in _OVER_POSES}
+        joined: dict[str, Any] = {
+            name: np.concatenate([getattr(block, name) for block in blocks]) for name in _OVER_POSES
+        }
         return replace(blocks[0], **joined)
 
     def disc(self, j: int) -> Meshing:
@@ -84,10 +86,7 @@ def mesh(trochoid: Trochoid, crank_angle: ArrayLike, discs: int = 1) -> Meshing:
     LoadError
         If a crank angle is not finite.
     """
-    first = np.atleast_1d(np.asarray(crank_angle, dtype=np.float64))
-    if not np.all(np.isfinite(first)):
-        bad = int(np.argmin(np.isfinite(first)))
-        raise LoadError("crank_angle", f"{first[bad]} rad at pose {bad + 1}", "is not finite", "give an angle in rad")
+    first = finite_angles(crank_angle)
     phi = first[:, np.newaxis] + 2.0 * math.pi * np.arange(discs) / discs
     pin = np.arange(trochoid.pins)
     pin_angle = 2.0 * math.pi * pin / trochoid.pins
@@ -100,6 +99,18 @@ def mesh(trochoid: Trochoid, crank_angle: ArrayLike, discs: int = 1) -> Meshing:
     into_lobe = slow * np.exp(-1j * pin_angle)
     path = trochoid.jet(psi)
     return Meshing(trochoid, phi, psi, lobe, path.centre, into_lobe)
+
+
+def finite_angles(crank_angle: ArrayLike) -> FloatArray:
+    """Crank angles, shape (poses,) [rad]; raises ``LoadError`` where one is not finite, or there is none."""
+    angles = np.atleast_1d(np.asarray(crank_angle, dtype=np.float64))
+    if angles.ndim != 1 or angles.size == 0:
+        raise LoadError("crank_angle", f"of shape {angles.shape}", "is no row of poses", "give one angle a pose")
+    finite = np.isfinite(angles)
+    if not np.all(finite):
+        bad = int(np.argmin(finite))
+        raise LoadError("crank_angle", f"{angles[bad]} rad at pose {bad + 1}", "is not finite", "give an angle in rad")
+    return angles
 
 
 def mesh_cycle(trochoid: Trochoid, poses: int) -> FloatArray:

@@ -19,7 +19,7 @@ class Status(Enum):
 
     CONVERGED = "converged"
     INTERFERENCE = "pin and disc overlap before any load: raise the clearance"
-    NO_CONTACT = "no pin touches: lower the modification or raise the torque"
+    NO_CONTACT = "no first touch was found: check the modification amounts"
     NOT_CONVERGED = "stopped at the step limit before converging: check the modification amounts"
     LOST = "ran off to where no contact is: check torque, bearing stiffness and play"
 
@@ -51,8 +51,8 @@ class LoadSharing:
     Arrays over poses × discs × pins; solvers of one disc on a held crank have one disc. ``phase`` ψ,
     positive on the loaded flank of either direction [rad]; ``gap`` left when the first pin touches [mm];
     ``approach`` [mm], ``force`` [N] and peak ``pressure`` [MPa] under load; ``lever`` of the pin force about
-    the disc's centre, positive where it resists the torque [mm]; ``curvature`` of the tooth there, convex negative [1/mm];
-    ``pin_stiffness`` dF/dδ [N/mm].
+    the disc's centre, positive where it resists the torque [mm]; ``curvature`` of the tooth there, convex
+    negative [1/mm]; ``pin_stiffness`` dF/dδ [N/mm].
 
     Arrays over poses: ``crank_angle`` of disc 1 [rad]; ``torque`` on the output, signed [N·mm];
     ``rotation`` of the output from its nominal place with ``touch`` the part of it at first touch, signed

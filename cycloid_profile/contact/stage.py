@@ -25,7 +25,8 @@ from cycloid_profile.contact.sharing import STATUSES, LoadSharing, StageMotion, 
 from cycloid_profile.contact.support import support_model
 
 Summary = TypeVar("Summary")
-_REFRESHES = 40
+_REFRESHES = 80
+_WHOLE_STEPS = 6
 _TOUCH_STEPS = 40
 _TOUCHED = 1e-12  # rad
 # Rounding of the gaps, some 1e-14 mm, against a stiff contact: no balance comes closer than this.
@@ -100,7 +101,7 @@ class _Block:
         u = at_touch + minimise(self._energy(active, at_touch, seen), pressed, enough).step
         imbalance = np.full(len(u), np.inf)
         history: list[tuple[float, float]] = []
-        for _ in range(_REFRESHES):
+        for refresh in range(_REFRESHES):
             # A turn by a radian or a shift by the pin circle's radius is no small motion: such a pose is lost,
             # and rests where it first touched.
             gone = ~(np.max(np.abs(u[active] / self.support.arm), axis=-1) < 1.0)
@@ -117,7 +118,9 @@ class _Block:
             if not np.any(todo):
                 break
             problem, active = problem.poses(todo), active[todo]
-            u[active] += minimise(problem, np.zeros_like(u[active]), enough).step
+            step = minimise(problem, np.zeros_like(u[active]), enough).step
+            # A disc afloat in its play and pressed from both sides can swing between two places.
+            u[active] += step if refresh < _WHOLE_STEPS else 0.5 * step
         everything = np.arange(len(u))
         short = (outcome < _NO_CONTACT) & ~(imbalance < self._tolerance(everything))
         outcome[short] = _NOT_CONVERGED
@@ -129,7 +132,7 @@ class _Block:
         tolerance: FloatArray = self.solver.tolerance + floor if self.solver.tolerance > 0.0 else np.zeros_like(floor)
         return tolerance
 
-    def _gaps(self, active: IntArray | slice, u: FloatArray, start: FloatArray | None) -> Gaps:
+    def _gaps(self, active: IntArray, u: FloatArray, start: FloatArray | None) -> Gaps:
         """Exact gaps at the active poses, each disc with its own tooth where they differ."""
         as_built, case = self.solver.as_built, self.case
         meshing = self.meshing.poses(active)
@@ -155,24 +158,27 @@ class _Block:
 
     def _rigid_touch(self) -> tuple[FloatArray, Gaps, IntArray]:
         """Turn carrier and discs as one, bearings unstretched, until the first pin of any disc touches."""
-        everything, support = slice(None), self.support
+        support, direction = self.support, self.direction[:, np.newaxis, np.newaxis]
         u = np.zeros_like(support.rigid_motion)
         rigid = support.motion(support.rigid_motion)[:, :, np.newaxis]
-        foot: FloatArray | None = None
+        active = np.arange(len(u))
+        seen = self._gaps(active, u, None)
+        outcome = np.full(len(u), _NO_CONTACT)
         for _ in range(_TOUCH_STEPS):
-            found = self._gaps(everything, u, foot)
-            foot = found.foot
-            arm = found.normal.real * rigid[..., 0] + found.normal.imag * rigid[..., 1] + found.lever * rigid[..., 2]
-            closing = closing_turn(self.case.profile, found.gap, self.direction[:, np.newaxis, np.newaxis] * arm)
-            step = self.direction * np.min(closing, axis=(1, 2))
-            arrived = (np.abs(step) < _TOUCHED) & ~np.any(np.isnan(found.gap), axis=(1, 2))
-            if np.all(arrived):
+            n, gap, along = seen.normal[active], seen.gap[active], rigid[active]
+            arm = n.real * along[..., 0] + n.imag * along[..., 1] + seen.lever[active] * along[..., 2]
+            turn = np.min(closing_turn(self.case.profile, gap, direction[active] * arm), axis=(1, 2))
+            touching = (np.abs(turn) < _TOUCHED) & ~np.any(np.isnan(gap), axis=(1, 2))
+            outcome[active[touching]] = _CONVERGED
+            active, turn = active[~touching], turn[~touching]
+            if not active.size:
                 break
-            u = u + support.rigid_motion * np.where(arrived | ~np.isfinite(step), 0.0, step)[:, np.newaxis]
-        outcome = np.full(len(u), _CONVERGED)
-        outcome[np.min(found.gap, axis=(1, 2)) < -OVERLAP_TOLERANCE] = _INTERFERENCE
-        outcome[~arrived] = _NO_CONTACT
-        return u, found, outcome
+            step = np.where(np.isfinite(turn), self.direction[active] * turn, 0.0)
+            u[active] += support.rigid_motion[active] * step[:, np.newaxis]
+            seen.put(active, self._gaps(active, u, seen.foot[active]))
+        overlap = np.min(seen.gap, axis=(1, 2)) < -OVERLAP_TOLERANCE
+        outcome[overlap & (outcome == _CONVERGED)] = _INTERFERENCE
+        return u, seen, outcome
 
     def _overclosure(self) -> FloatArray:
         """A rotation that surely closes several pins, shape (poses,) [rad]."""

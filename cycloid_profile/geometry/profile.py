@@ -39,21 +39,23 @@ class ToothPoints:
         """Derivative of the position by phase [mm/rad] (Eq. 8)."""
         if self.rise is None:
             return -1j * self.along * self.frame
-        return self.frame * (-self.rise - 1j * self.along)
+        return np.multiply(self.frame, -self.rise - 1j * self.along)
 
     @property
     def second(self) -> ComplexArray:
         """Second derivative of the position by phase [mm/rad²] (Eq. 8)."""
         if self.rise is None or self.rise_rate is None:
-            return self.frame * (self.turn * self.along - 1j * self.along_rate)
-        return self.frame * (self.turn * self.along - self.rise_rate - 1j * (self.along_rate + self.turn * self.rise))
+            return np.multiply(self.frame, self.turn * self.along - 1j * self.along_rate)
+        bend = self.turn * self.along - self.rise_rate - 1j * (self.along_rate + self.turn * self.rise)
+        return np.multiply(self.frame, bend)
 
     @property
     def normal(self) -> ComplexArray:
         """Outward unit normal (Eq. 9)."""
         if self.rise is None:
             return self.frame
-        n: ComplexArray = self.frame * (self.along - 1j * self.rise) / np.hypot(self.along, self.rise)
+        across: ComplexArray = np.multiply(self.frame, self.along - 1j * self.rise)
+        n: ComplexArray = across / np.hypot(self.along, self.rise)
         return n
 
     @property

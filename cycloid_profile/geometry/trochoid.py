@@ -105,9 +105,11 @@ class Trochoid:
         turn = ((bend - (1.0 + z_p * K1**2)) - bend * versine) / (z_c * w2)
         r_p, a = self.pin_circle_radius, self.eccentricity
         K1_sin = K1 * sin
+        # Not slow * (...): to reuse a large temporary numpy swaps the factors, and then the last bit of a complex
+        # product would depend on how many points are asked for at once.
         return TrochoidJet(
-            centre=slow * _complex((r_p - a) + a * versine, a * sin),
-            normal=slow * _complex(((1.0 - K1) + K1 * versine) / w, K1_sin / w),
+            centre=np.multiply(slow, _complex((r_p - a) + a * versine, a * sin)),
+            normal=np.multiply(slow, _complex(((1.0 - K1) + K1 * versine) / w, K1_sin / w)),
             speed=w,
             speed_rate=K1_sin / w,
             turn=turn,

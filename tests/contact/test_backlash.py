@@ -36,7 +36,8 @@ def test_disc_touches_and_overlaps_nowhere(drive, share, direction):
     r_p = drive.trochoid.pin_circle_radius
     tooth = modify(drive.theoretical_profile, Equidistant(share * r_p))
     touch = first_touch(tooth, drive.pin_radius, mesh(drive.trochoid, mesh_cycle(drive.trochoid, 4)), direction)
-    assert touch.settled
+    assert touch.settled.shape == (4, 1)
+    assert np.all(touch.settled)
     # Zero at the touching pin of every pose, positive at the others.
     np.testing.assert_allclose(np.min(touch.gaps.gap, axis=-1), 0.0, atol=1e-14 * r_p)
     assert np.all(direction * touch.rotation > 0.0)
@@ -146,4 +147,4 @@ def test_input_lock_without_first_stage_is_the_crank_lock():
 def test_touch_that_runs_out_of_steps_says_so(theoretical, monkeypatch):
     monkeypatch.setattr("cycloid_profile.contact.backlash._MAX_STEPS", 1)
     tooth = modify(theoretical, Equidistant(0.01))
-    assert not first_touch(tooth, 3.0, mesh(theoretical.trochoid, [0.0]), 1.0).settled
+    assert not np.any(first_touch(tooth, 3.0, mesh(theoretical.trochoid, [0.0, 0.1]), 1.0).settled)

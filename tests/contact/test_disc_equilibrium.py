@@ -60,11 +60,13 @@ def test_more_torque_means_more_of_everything(rv40e, torque, factor):
 def test_reversed_torque_mirrors_the_load(rv40e, rated_torque):
     there, back = (solved(rv40e, s * rated_torque, Equidistant(0.006), RadialMoving(0.002), poses=6) for s in (1, -1))
     # Pose k mirrors into pose 6 − k; pose 0, with a pin in the root, into itself: ψ → −ψ.
-    np.testing.assert_allclose(back.twist[1:], there.twist[1:][::-1], rtol=1e-10)
-    assert back.twist[0] == pytest.approx(there.twist[0], rel=1e-10)
-    order, mirrored = np.argsort(there.phase[0]), np.argsort(back.phase[0])
-    loaded = there.force[0, order] > 0.0
-    forces = there.force[0, order][loaded], back.force[0, mirrored][back.force[0, mirrored] > 0.0]
+    for mirrored, turn in ((back.twist, there.twist), (back.rotation, there.rotation)):
+        np.testing.assert_allclose(mirrored[1:], -turn[1:][::-1], rtol=1e-10)
+        assert mirrored[0] == pytest.approx(-turn[0], rel=1e-10)
+    forces = []
+    for result in (there, back):
+        force = result.force[0, 0, np.argsort(result.phase[0, 0])]
+        forces.append(force[force > 0.0])
     np.testing.assert_allclose(*forces, rtol=1e-9)
     # Phases of a reversed case are counted on the flank that works.
     assert np.all(there.phase[there.force > 0.0] > 0.0)
@@ -85,20 +87,21 @@ def test_scaled_drive_carries_force_with_the_square_of_its_size(rv40e, k):
 def check_single_contact(result, torque):
     """Force, approach, rotation and pressure of one loaded pin in closed form, at every pose."""
     case, r = result.case, result.case.drive.pin_radius
-    poses = result.phase.shape[0]
+    poses, discs, pins = result.phase.shape
+    assert (discs, pins) == (1, case.drive.trochoid.pins)
     meshing = mesh(case.drive.trochoid, mesh_cycle(case.drive.trochoid, poses))
     curvature = first_touch(case.profile, r, meshing, 1.0).gaps.curvature[:, 0]
     assert result.loaded_pins == 1
     for pose in range(poses):
-        i = int(np.argmax(result.force[pose]))
-        lever, contact = result.lever[pose, i], case.line_contact(curvature[pose, i : i + 1])
+        i = int(np.argmax(result.force[pose, 0]))
+        lever, contact = result.lever[pose, 0, i], case.line_contact(curvature[pose, i : i + 1])
         force = torque / case.drive.discs / lever
         delta = float(case.law.approach(force, contact)[0])
         # The pin that touches first has no gap: rotation = approach/lever.
-        assert result.force[pose, i] == pytest.approx(force, rel=1e-9)
-        assert result.approach[pose, i] == pytest.approx(delta, rel=1e-9)
+        assert result.force[pose, 0, i] == pytest.approx(force, rel=1e-9)
+        assert result.approach[pose, 0, i] == pytest.approx(delta, rel=1e-9)
         assert result.twist[pose] == pytest.approx(delta / lever, rel=1e-9)
-        assert result.pressure[pose, i] == pytest.approx(float(contact.peak_pressure(force)[0]), rel=1e-9)
+        assert result.pressure[pose, 0, i] == pytest.approx(float(contact.peak_pressure(force)[0]), rel=1e-9)
         assert np.count_nonzero(result.pressure[pose]) == 1
 
 
@@ -162,14 +165,15 @@ def test_step_limit_is_reported(rv40e, rated_torque):
     case = LoadCase(rv40e, modify(rv40e.theoretical_profile, Equidistant(0.006)), rated_torque)
     result = Equilibrium(poses=2, max_iterations=1).solve(case)
     assert result.status is Status.NOT_CONVERGED
-    assert result.residual > 1e-3
+    assert result.residual.shape == (2,)
+    assert np.all(result.residual > 1e-3)
 
 
 def test_missing_touch_is_reported(rv40e, rated_torque, monkeypatch):
     monkeypatch.setattr("cycloid_profile.contact.backlash._MAX_STEPS", 1)
     result = solved(rv40e, rated_torque, Equidistant(0.006))
     assert result.status is Status.NO_CONTACT
-    assert "lower the modification" in result.status.value
+    assert "check the modification amounts" in result.status.value
 
 
 def test_torque_no_contact_law_covers_does_not_pass_for_an_answer(rv40e):

@@ -15,8 +15,8 @@ from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.contact.equilibrium import Equilibrium
 from cycloid_profile.contact.gap import gaps
 from cycloid_profile.contact.meshing import mesh, mesh_cycle
-from cycloid_profile.contact.stage import StageEquilibrium
 from cycloid_profile.contact.sharing import Status
+from cycloid_profile.contact.stage import StageEquilibrium
 from cycloid_profile.geometry.drive import CentralEccentric, Cranks, Drive
 from cycloid_profile.geometry.profile import undercut_limit
 from cycloid_profile.geometry.trochoid import Trochoid
@@ -123,14 +123,6 @@ def test_any_reducer_finds_its_equilibrium(pins, K1, discs, cranks):
     assert np.all(np.any(state.force > 0.0, axis=-1))
 
 
-def test_poses_are_solved_one_by_one(rv40e, rated_torque):
-    case = LoadCase(rv40e, modify(rv40e.theoretical_profile, *GROUND), rated_torque)
-    crank = mesh_cycle(rv40e.trochoid, 5)
-    together = StageEquilibrium().at(case, crank).rotation
-    alone = [StageEquilibrium().at(case, [angle]).rotation[0] for angle in crank]
-    np.testing.assert_allclose(together, alone, rtol=1e-7)
-
-
 def test_unreachable_tolerance_is_reported_at_every_pose(rv40e, rated_torque):
     state = solved(rv40e, rated_torque, *GROUND, tolerance=0.0)
     assert state.statuses == (Status.NOT_CONVERGED,) * 4
@@ -152,14 +144,20 @@ def test_a_lost_pose_does_not_stop_the_others(rv40e, monkeypatch, rated_torque):
     alone = StageEquilibrium().at(case, poses)
     minimise = stage.minimise
 
+    calls = []
+
     def thrown(*arguments):
         found = minimise(*arguments)
-        found.step[2] += 1e3
+        # Later calls see the poses that are left: there the third is another one.
+        if not calls:
+            found.step[2] += 1e3
+        calls.append(len(found.step))
         return found
 
     monkeypatch.setattr(stage, "minimise", thrown)
     state = StageEquilibrium().at(case, poses)
     assert state.statuses[2] is Status.LOST
     assert list(state.settled) == [True, True, False, True, True]
+    assert calls[:2] == [5, 4]
     others = [0, 1, 3, 4]
     assert state.rotation[others] == pytest.approx(alone.rotation[others], rel=1e-9)
