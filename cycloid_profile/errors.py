@@ -49,5 +49,9 @@ class CompensationError(CycloidError):
     exit_code = 1
 
 
+class MeasurementError(CycloidError):
+    """A measured file that cannot be read, or is not what it says."""
+
+
 class ExportError(CycloidError):
     """A file that cannot be written."""

@@ -24,7 +24,7 @@ def accuracy(
     spec
         Spec file (TOML).
     """
-    from cycloid_profile.cli.figures import accuracy_rows, closing_words, stage_rows
+    from cycloid_profile.cli.figures import accuracy_rows, as_built_rows, closing_words, stage_rows
     from cycloid_profile.design.record import design_disc
     from cycloid_profile.design.summary import summary
     from cycloid_profile.export.folder import whole_or_nothing
@@ -47,5 +47,8 @@ def accuracy(
         print_table(f"{record.spec.name}: accuracy", ("", "conventional", "compensated"), accuracy_rows(figures))
         print()
         print_table("whole stage, tooth as ground, rated torque", ("", ""), stage_rows(figures))
+        if figures["as_built"]:
+            print()
+            print_table(f"as built, with {', '.join(figures['effects'])}", ("", ""), as_built_rows(figures))
         print(f"\npicture: {figures['picture']}")
     return closing_words(figures)

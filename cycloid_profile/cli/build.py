@@ -24,7 +24,7 @@ def build(
     spec
         Spec file (TOML).
     """
-    from cycloid_profile.cli.figures import accuracy_rows, closing_words, load_rows, stage_rows
+    from cycloid_profile.cli.figures import accuracy_rows, as_built_rows, closing_words, load_rows, stage_rows
     from cycloid_profile.design.record import design_disc
     from cycloid_profile.design.summary import summary
     from cycloid_profile.report.build import REPORT, build_package
@@ -48,5 +48,8 @@ def build(
         print_table("load on the conventional tooth", ("", "classical", "equilibrium"), load_rows(figures))
         print()
         print_table("whole stage, tooth as ground, rated torque", ("", ""), stage_rows(figures))
+        if figures["as_built"]:
+            print()
+            print_table(f"as built, with {', '.join(figures['effects'])}", ("", ""), as_built_rows(figures))
         print(f"\nwritten to {folder}; open {folder / REPORT}")
     return closing_words(figures)

@@ -20,6 +20,13 @@ _LOAD = (
     ("loaded pins", "loaded_pins"),
     ("peak pressure [MPa]", "max_pressure_mpa"),
 )
+_AS_BUILT = (
+    ("lost motion, largest of a turn [′]", "lost_motion_arcmin"),
+    ("lost motion, mean [′]", "lost_motion_mean_arcmin"),
+    ("hysteresis loss [′]", "hysteresis_loss_arcmin"),
+    ("torsional rigidity, 50–100 % [N·m/′]", "torsional_rigidity_nm_per_arcmin"),
+    ("transmission error, rated torque [″]", "transmission_error_arcsec"),
+)
 _STAGE = (
     ("largest pin force [N]", "max_force_n"),
     ("peak pressure [MPa]", "max_pressure_mpa"),
@@ -46,6 +53,12 @@ def load_rows(figures: dict[str, Any]) -> list[tuple[str, ...]]:
     return [(label, shown(figures["classical"][key]), shown(figures["equilibrium"][key])) for label, key in _LOAD]
 
 
+def as_built_rows(figures: dict[str, Any]) -> list[tuple[str, ...]]:
+    """Rows label, value of the reducer with its effects; none without."""
+    found = figures["as_built"]
+    return [] if found is None else [(label, shown(found[key])) for label, key in _AS_BUILT]
+
+
 def stage_rows(figures: dict[str, Any]) -> list[tuple[str, ...]]:
     """Rows label, value of the whole stage under load."""
     return [(label, shown(figures["under_load"][key])) for label, key in _STAGE]
@@ -56,8 +69,6 @@ def closing_words(figures: dict[str, Any]) -> int:
     if figures["rated_torque_assumed"]:
         torque = shown(figures["rated_torque_nm"])
         warn(f"load.rated_torque_nm is not given: {torque} N·m is assumed from the size")
-    if figures["effects_not_simulated"]:
-        warn(f"kept in the spec but not simulated yet: {', '.join(figures['effects_not_simulated'])}")
     for check in figures["checks"]:
         if not (check["passed"] or check["severe"]):
             warn(f"advice: {check['sentence']}")

@@ -13,7 +13,9 @@ from cyclopts import App, CycloptsError
 from cycloid_profile.cli.accuracy import accuracy
 from cycloid_profile.cli.build import build
 from cycloid_profile.cli.catalog import catalog
+from cycloid_profile.cli.compare import compare
 from cycloid_profile.cli.export import export
+from cycloid_profile.cli.simulate import simulate
 from cycloid_profile.errors import CycloidError
 
 EPILOGUE = "Example: cycloid-profile build examples/rv40e.toml"
@@ -28,7 +30,7 @@ def application() -> App:
         help_format="plaintext",
         version_flags=["--version"],
     )
-    for command in (build, accuracy, export, catalog):
+    for command in (build, accuracy, simulate, compare, export, catalog):
         app.command(command, help_epilogue="")
     return app
 

@@ -13,6 +13,9 @@ from cycloid_profile.contact.equilibrium import Equilibrium
 from cycloid_profile.contact.hertz import STEEL, Material
 from cycloid_profile.contact.laws import LAWS
 from cycloid_profile.contact.stage import StageEquilibrium
+from cycloid_profile.effects.built import Built
+from cycloid_profile.effects.effect import Effect
+from cycloid_profile.effects.registry import build, effect
 from cycloid_profile.errors import GeometryError, LoadError, SpecError
 from cycloid_profile.geometry.drive import CentralEccentric, Cranks, Drive, InvoluteStage
 from cycloid_profile.geometry.outline import DiscOutline, Hole, least_web, ring_of_holes
@@ -98,6 +101,20 @@ def load_case(spec: Spec, drive: Drive, profile: ToothProfile) -> LoadCase:
             law=LAWS[spec.load.contact_law],
             disc_share=_disc_share(spec),
         )
+
+
+def built_of(spec: Spec, case: LoadCase) -> Built:
+    """The reducer of the spec with its ``[[effects]]``; raises ``SpecError`` where one cannot be."""
+    made: list[Effect] = []
+    for i, table in enumerate(spec.effects):
+        try:
+            made.append(effect(table))
+        except SpecError as error:
+            raise error.renamed(f"effects[{i + 1}]: {error.what}") from None
+    try:
+        return build(case, made)
+    except GeometryError as error:
+        raise SpecError(f"effects: {error.what}", error.value, error.limit, "take smaller effects") from None
 
 
 def rated_torque(spec: Spec) -> float:

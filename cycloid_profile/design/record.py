@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray
-from cycloid_profile.compensation.fixed_point import Compensation, compensate, compensate_by
+from cycloid_profile.compensation.fixed_point import Compensation
 from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.contact.classical import Classical
 from cycloid_profile.contact.equilibrium import Equilibrium
@@ -16,11 +16,12 @@ from cycloid_profile.contact.running import Losses, losses
 from cycloid_profile.contact.sharing import LoadSharing, Status
 from cycloid_profile.contact.stage import StageEquilibrium
 from cycloid_profile.design.accuracy import Accuracy, accuracy
+from cycloid_profile.design.as_built import AsBuiltAccuracy, accuracy_as_built
 from cycloid_profile.design.checks import Check, load_checks, shape_checks
 from cycloid_profile.design.from_spec import (
     allowable_pressure,
     bearing_radius,
-    compensation_solver,
+    built_of,
     conventional_profile,
     disc_outline,
     drive_of,
@@ -28,14 +29,11 @@ from cycloid_profile.design.from_spec import (
     output_speed,
     thinnest_wall,
 )
-from cycloid_profile.errors import CompensationError, SolveError, SpecError
+from cycloid_profile.design.ground import compensation_of
 from cycloid_profile.geometry.drive import Drive
 from cycloid_profile.geometry.outline import DiscOutline
 from cycloid_profile.geometry.profile import ToothProfile
 from cycloid_profile.spec.model import Spec
-from cycloid_profile.units import UM
-
-_LARGEST_DELTA_UM = 1000.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +43,8 @@ class DesignRecord:
     ``conventional`` is the tooth before deformation compensation, ``profile`` the one to be ground.
     ``compensation`` is None where none was asked for or it was refused; ``refusal`` then says why.
     ``classical`` and ``equilibrium`` share the load on one disc of the conventional tooth; ``under_load`` is
-    the whole stage with the tooth to be ground, at rated torque over one turn of the crank.
+    the whole stage with the tooth to be ground, at rated torque over one turn of the crank; all of these as drawn.
+    ``as_built`` is the reducer with the effects of the spec, None without any.
     """
 
     spec: Spec
@@ -61,6 +60,7 @@ class DesignRecord:
     refusal: str | None
     conventional_accuracy: Accuracy
     compensated_accuracy: Accuracy
+    as_built: AsBuiltAccuracy | None
     outline: DiscOutline
     checks: tuple[Check, ...]
 
@@ -95,9 +95,9 @@ def design_disc(spec: Spec) -> DesignRecord:
         If the drive or its tooth cannot exist.
     """
     drive = drive_of(spec)
-    conventional = conventional_profile(spec, drive)
-    case = load_case(spec, drive, conventional)
-    compensation, refusal = _compensation(spec, case)
+    case = load_case(spec, drive, conventional_profile(spec, drive))
+    compensation, refusal = compensation_of(spec, case)
+    conventional = case.profile
     profile = conventional if compensation is None else compensation.profile
     before = accuracy(case)
     after = before if compensation is None else accuracy(replace(case, profile=profile))
@@ -117,6 +117,7 @@ def design_disc(spec: Spec) -> DesignRecord:
         refusal=refusal,
         conventional_accuracy=before,
         compensated_accuracy=after,
+        as_built=accuracy_as_built(built_of(spec, replace(case, profile=profile))) if spec.effects else None,
         outline=outline,
         checks=(
             *shape_checks(drive, profile, after.backlash, thinnest_wall(outline)),
@@ -130,24 +131,3 @@ def _crank_turn(drive: Drive) -> FloatArray:
     poses = min(6 * drive.trochoid.pins, 600) + 1
     angles: FloatArray = 2.0 * math.pi * np.arange(poses) / poses
     return angles
-
-
-def _compensation(spec: Spec, case: LoadCase) -> tuple[Compensation | None, str | None]:
-    """The compensation asked for, or None with the reason if it had to be refused."""
-    wanted = spec.modification.deformation_compensation
-    if wanted is False or wanted == 0.0:
-        return None, None
-    if wanted is not True and not 0.0 < wanted <= _LARGEST_DELTA_UM:
-        raise SpecError(
-            "modification.deformation_compensation",
-            f"{wanted:.6g}",
-            f"is outside 0 to {_LARGEST_DELTA_UM:g}",
-            "give delta_max as a positive amount in µm",
-        )
-    try:
-        if wanted is True:
-            designed_for = replace(case, torque=spec.modification.compensation_load_share * case.torque)
-            return compensate(designed_for, compensation_solver(spec)), None
-        return compensate_by(case, wanted * UM), None
-    except (CompensationError, SolveError) as error:
-        return None, str(error)

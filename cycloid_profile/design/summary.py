@@ -68,7 +68,8 @@ def summary(record: DesignRecord) -> dict[str, Any]:
             }
             for c in record.checks
         ],
-        "effects_not_simulated": [effect["name"] for effect in spec.effects],
+        "effects": [effect["name"] for effect in spec.effects],
+        "as_built": _as_built(record),
         "failures": list(record.failures),
     }
 
@@ -115,6 +116,20 @@ def _under_load(record: DesignRecord) -> dict[str, Any]:
         "efficiency": record.losses.efficiency if record.losses.output > 0.0 else None,
         "residual": _finite(loaded.max_residual),
         "status": loaded.status.value,
+    }
+
+
+def _as_built(record: DesignRecord) -> dict[str, Any] | None:
+    """What the rig reads of the reducer with its effects over a turn of the output; None without effects."""
+    found = record.as_built
+    if found is None:
+        return None
+    return {
+        "lost_motion_arcmin": _finite(float(np.max(found.lost_motion.value)) / ARCMIN),
+        "lost_motion_mean_arcmin": _finite(float(np.mean(found.lost_motion.value)) / ARCMIN),
+        "hysteresis_loss_arcmin": _finite(found.loop.hysteresis_loss / ARCMIN),
+        "torsional_rigidity_nm_per_arcmin": _finite(found.loop.torsional_rigidity * ARCMIN / NEWTON_METRE),
+        "transmission_error_arcsec": _finite(found.transmission.peak_to_peak / ARCSEC),
     }
 
 

@@ -72,14 +72,21 @@ def save(figure: Figure, folder: Path, name: str) -> tuple[Path, Path]:
     return png, svg
 
 
-def _save_png(figure: Figure, path: Path) -> None:
+def save_png(figure: Figure, path: Path) -> None:
+    """Write one PNG; the same figure gives the same bytes."""
+    with style(), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph .* missing from font")
+        _save_png(figure, path, 256)
+
+
+def _save_png(figure: Figure, path: Path, colours: int = _PNG_COLOURS) -> None:
     """A palette image, a third of the size of a full-colour one."""
     from PIL import Image
 
     buffer = BytesIO()
     figure.savefig(buffer, format="png", dpi=_PIXELS_PER_INCH)
     image = Image.open(buffer).convert("RGB")
-    image.quantize(colors=_PNG_COLOURS, dither=Image.Dither.NONE).save(path, optimize=True)
+    image.quantize(colors=colours, dither=Image.Dither.NONE).save(path, optimize=True)
 
 
 def phase_axis(ax: Axes, low: int = -180, high: int = 180) -> None:

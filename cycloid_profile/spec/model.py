@@ -245,5 +245,5 @@ class Spec(Table, frozen=True, kw_only=True):
     source: SourceSpec = SourceSpec()
     effects: Annotated[
         tuple[dict[str, Any], ...],
-        _key("Imperfections as tables `[[effects]]`, each with a `name`; kept, not simulated yet.", "give [[effects]]"),
+        _key("Imperfections as tables `[[effects]]`, each with a `name`, see docs/rig.md.", "give [[effects]]"),
     ] = ()

@@ -1,0 +1,78 @@
+"""``cycloid-profile simulate``: the file a measuring machine or test bench would write."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+
+from cycloid_profile.cli.options import Json
+from cycloid_profile.cli.terminal import print_json, print_table, progress
+
+Kind = Literal["profile_scan", "hysteresis", "transmission_error", "lost_motion_map"]
+
+
+def simulate(
+    spec: Path,
+    /,
+    *,
+    kind: Annotated[Kind, Parameter(help="What to measure.")],
+    out: Annotated[
+        Path | None, Parameter(help="File to write, default NAME_KIND.csv; a picture is put beside it.")
+    ] = None,
+    torque_nm: Annotated[float | None, Parameter(help="Torque [N·m], default that of the kind.")] = None,
+    output_angle_deg: Annotated[float, Parameter(help="Where the output stands, for a loop [°].")] = 0.0,
+    points: Annotated[int | None, Parameter(help="Number of rows, default that of the kind.")] = None,
+    disc: Annotated[int, Parameter(help="Disc to scan, 1 for the first.")] = 1,
+    noise: Annotated[float, Parameter(help="Standard deviation of noise, in the unit of the column (scan: µm).")] = 0.0,
+    seed: Annotated[int, Parameter(help="Seed of the noise.")] = 0,
+    json: Json = False,
+) -> int:
+    """Write what a measuring machine or test bench would read of the reducer with its [[effects]].
+
+    Example: cycloid-profile simulate examples/rv40e.toml --kind hysteresis
+
+    Parameters
+    ----------
+    spec
+        Spec file (TOML).
+    """
+    from cycloid_profile.design.ground import built_reducer
+    from cycloid_profile.export.folder import whole_or_nothing
+    from cycloid_profile.measurement.files import format_measurement
+    from cycloid_profile.plot.measured import measurement_plot
+    from cycloid_profile.plot.style import save_png
+    from cycloid_profile.rig.simulate import Settings
+    from cycloid_profile.rig.simulate import simulate as measure
+    from cycloid_profile.rig.told import figures_of
+    from cycloid_profile.spec.read import read_spec
+    from cycloid_profile.units import DEGREE, NEWTON_METRE
+
+    file = Path(f"{spec.stem}_{kind}.csv") if out is None else out
+    settings = Settings(
+        torque=None if torque_nm is None else torque_nm * NEWTON_METRE,
+        output_angle=output_angle_deg * DEGREE,
+        points=points,
+        disc=disc - 1,
+        noise=noise,
+        seed=seed,
+    )
+    with progress() as tell:
+        tell("building the reducer")
+        wanted = read_spec(spec)
+        built = built_reducer(wanted)
+        tell(f"measuring: {kind.replace('_', ' ')}")
+        measured = measure(built, kind, settings)
+        with whole_or_nothing(file.parent) as scratch:
+            (scratch / file.name).write_text(format_measurement(measured), encoding="utf-8", newline="\n")
+            save_png(measurement_plot(measured, built, wanted.name), scratch / f"{file.stem}.png")
+    picture = file.with_suffix(".png")
+    figures = figures_of(measured)
+    if json:
+        told = {"schema": 1, "name": wanted.name, "kind": kind, "file": str(file), "picture": str(picture)}
+        print_json(told | {"figures": figures})
+    else:
+        print_table(f"{wanted.name}: {kind.replace('_', ' ')}", ("", ""), [(k, f"{v:.5g}") for k, v in figures.items()])
+        print(f"\nwritten: {file}, picture: {picture}")
+    return 0

@@ -1,0 +1,91 @@
+"""The numbers of a hysteresis loop in the words of the standards, each with its construction (docs/rig.md)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from cycloid_profile.arrays import FloatArray
+from cycloid_profile.errors import MeasurementError
+
+LOST_MOTION_SHARE = 0.03
+
+
+@dataclass(frozen=True, slots=True)
+class LoopFigures:
+    """Four numbers of a loop and the points they were read at; angles [rad], torques [N·mm].
+
+    ``lost_motion``, centreline angle between ±3 % of the peak torque; ``hysteresis_loss``, width of the loop at zero
+    torque; ``torsional_rigidity`` b/a, slope of the loading branches between half and full torque, mean of both
+    directions [N·mm/rad]; ``loss_energy``, area of the loop [N·mm]. ``centreline`` and ``zero`` hold the angles at ±3 %
+    and of the two branches at zero, for drawing.
+    """
+
+    torque: FloatArray
+    angle: FloatArray
+    lost_motion: float
+    hysteresis_loss: float
+    torsional_rigidity: float
+    loss_energy: float
+    centreline: tuple[float, float]
+    zero: tuple[float, float]
+    rigidity_points: tuple[tuple[float, float], tuple[float, float]]
+
+
+def evaluate_loop(torque: FloatArray, angle: FloatArray) -> LoopFigures:
+    """Read a loop of any start that holds at least one whole turn between its extremes.
+
+    Raises
+    ------
+    MeasurementError
+        If the torque does not run from its largest to its smallest and back.
+    """
+    peak = float(np.max(torque))
+    top, bottom = _branch_ends(torque, peak)
+    falling, rising = slice(top, bottom + 1), slice(bottom, None)
+    down = _at(torque[falling][::-1], angle[falling][::-1])
+    up = _at(torque[rising], angle[rising])
+    three = LOST_MOTION_SHARE * peak
+    low, high = (0.5 * (down(T) + up(T)) for T in (-three, three))
+    zero = (up(0.0), down(0.0))
+    last = float(torque[rising][-1])
+    half = 0.5 * peak
+    forward = (last - half) / (up(last) - up(half)) if last > half else np.nan
+    least = float(torque[bottom])
+    backward = (-half - least) / (down(-half) - down(least))
+    return LoopFigures(
+        torque=torque,
+        angle=angle,
+        lost_motion=high - low,
+        hysteresis_loss=zero[1] - zero[0],
+        torsional_rigidity=float(np.nanmean([forward, backward])),
+        loss_energy=float(abs(np.trapezoid(torque[top:], angle[top:]))),
+        centreline=(low, high),
+        zero=zero,
+        rigidity_points=((half, up(half)), (last, up(last))),
+    )
+
+
+def _branch_ends(torque: FloatArray, peak: float) -> tuple[int, int]:
+    """Rows of the last point at the peak before the bottom, and of the bottom."""
+    bottom = int(np.argmin(torque))
+    top = int(np.argmax(torque[: bottom + 1])) if bottom else 0
+    if not (torque[bottom] < 0.0 < peak and torque[top] > 0.5 * peak and np.max(torque[bottom:]) > 0.5 * peak):
+        raise MeasurementError(
+            "torque of the loop",
+            f"{torque[bottom]:.4g} to {peak:.4g} N·mm",
+            "does not run from one end to the other and back",
+            "measure 0 → +T → −T → +T",
+        )
+    return top, bottom
+
+
+def _at(torque: FloatArray, angle: FloatArray) -> Callable[[float], float]:
+    """The angle of a branch at a torque, linear between its points."""
+
+    def read(T: float) -> float:
+        return float(np.interp(T, torque, angle))
+
+    return read
