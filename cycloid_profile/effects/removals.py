@@ -73,12 +73,7 @@ class Index(_WholeDisc):
     def jet(self, phase: FloatArray, side: FloatArray, trochoid: Trochoid) -> RemovalJet:
         """See ``NormalRemoval.jet``."""
         wave = Wave(self.amount, self.waves, self.angle).jet(phase, side, trochoid)
-        K1 = trochoid.short_width_ratio
-        sin, cos = np.sin(phase), np.cos(phase)
-        S = 1.0 / trochoid.speed_ratio(phase)
-        slope = (cos - K1) * (1.0 - K1 * cos)
-        l0, l1 = sin * S, S**3 * slope
-        l2 = -sin * S * (1.0 + 3.0 * K1 * S**4 * slope)
+        l0, l1, l2 = trochoid.lever_jet(phase)
         return RemovalJet(
             l0 * wave.value,
             l1 * wave.value + l0 * wave.first,

@@ -141,6 +141,16 @@ class Trochoid:
         lever: FloatArray = np.sin(psi) / self.speed_ratio(psi)
         return lever
 
+    def lever_jet(self, phase: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """sinψ·S with its first and second derivative by phase, each in the shape of ``phase``."""
+        psi = np.asarray(phase, dtype=np.float64)
+        K1 = self.short_width_ratio
+        sin, cos = np.sin(psi), np.cos(psi)
+        S = 1.0 / self.speed_ratio(psi)
+        slope = (cos - K1) * (1.0 - K1 * cos)
+        value = sin * S
+        return value, S**3 * slope, -value * (1.0 + 3.0 * K1 * S**4 * slope)
+
 
 def _complex(real: FloatArray, imag: FloatArray) -> ComplexArray:
     """real + i·imag without the products."""

@@ -6,8 +6,6 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.geometry.removal import RemovalJet
 from cycloid_profile.geometry.trochoid import Trochoid
@@ -28,12 +26,6 @@ class FlankRemoval:
 
     def jet(self, phase: FloatArray, side: FloatArray, trochoid: Trochoid) -> RemovalJet:
         """Removal and derivatives on the flank ``side``, in the shape of ``phase``."""
-        K1, A = trochoid.short_width_ratio, self.amount
-        sin, cos = np.sin(phase), np.cos(phase)
-        S = 1.0 / trochoid.speed_ratio(phase)
-        slope = (cos - K1) * (1.0 - K1 * cos)
-        return RemovalJet(
-            value=A * side * sin * S,
-            first=A * side * S**3 * slope,
-            second=-A * side * sin * S * (1.0 + 3.0 * K1 * S**4 * slope),
-        )
+        value, first, second = trochoid.lever_jet(phase)
+        A = self.amount * side
+        return RemovalJet(A * value, A * first, A * second)
