@@ -114,17 +114,24 @@ class StageEnergy:
         return total
 
     def _springs_with_play(self, point: EnergyPoint) -> FloatArray:
-        """Along its stretch a spring has its whole stiffness, across it only that of what is beyond the play."""
-        length = np.hypot(point.stretch[..., 0], point.stretch[..., 1])
-        pressed = length > self.play
-        unit = np.where(pressed[..., np.newaxis], point.stretch, 0.0) / np.where(pressed, length, 1.0)[..., np.newaxis]
-        across = np.where(pressed, 1.0 - self.play / np.where(pressed, length, 1.0), 0.0)[..., np.newaxis, np.newaxis]
-        outer = unit[..., :, np.newaxis] * unit[..., np.newaxis, :]
-        spring = self.bearing_stiffness * (across * np.eye(2) + (1.0 - across) * outer)
-        bent = spring @ self.spring_stretch
-        flat = (len(length), -1, self.arm.size)
+        bent = self.bearing_tangent(point) @ self.spring_stretch
+        flat = (len(bent), -1, self.arm.size)
         total: FloatArray = np.swapaxes(self.spring_stretch.reshape(flat), 1, 2) @ bent.reshape(flat)
         return total
+
+    def bearing_tangent(self, point: EnergyPoint) -> FloatArray:
+        """Tangent stiffness of each bearing, shape (poses, bearings, 2, 2) [N/mm].
+
+        Along its stretch a spring has its whole stiffness, across it only that of what is beyond the play.
+        """
+        length = np.hypot(point.stretch[..., 0], point.stretch[..., 1])
+        pressed = (length > self.play) & (length > 0.0)
+        safe = np.where(pressed, length, 1.0)
+        unit = np.where(pressed[..., np.newaxis], point.stretch, 0.0) / safe[..., np.newaxis]
+        across = np.where(pressed, 1.0 - self.play / safe, float(self.play == 0.0))[..., np.newaxis, np.newaxis]
+        outer = unit[..., :, np.newaxis] * unit[..., np.newaxis, :]
+        tangent: FloatArray = self.bearing_stiffness * (across * np.eye(2) + (1.0 - across) * outer)
+        return tangent
 
     def imbalance(self, point: EnergyPoint) -> FloatArray:
         """Largest generalised force out of balance, as a moment over the torque, shape (poses,)."""

@@ -11,6 +11,7 @@ from cycloid_profile.plot.comparison import profile_comparison
 from cycloid_profile.plot.convergence import convergence
 from cycloid_profile.plot.deformation import deformation
 from cycloid_profile.plot.disc import disc_in_pins
+from cycloid_profile.plot.load_map import load_map
 from cycloid_profile.plot.sharing import gap_and_force
 from cycloid_profile.plot.under_load import under_load
 
@@ -36,6 +37,7 @@ PICTURES = (
     Picture(
         "under_load", "The whole stage at rated torque: force and pressure of the pins, sliding, bearings.", under_load
     ),
+    Picture("load_map", "Force and pressure of every pin over one turn of the crank.", load_map),
     Picture("convergence", "How the iterations end.", convergence),
     Picture("accuracy", "Torque against twist, and transmission error over one mesh cycle.", accuracy_plot),
 )

@@ -84,7 +84,7 @@ def test_build_writes_the_whole_set(built: Path) -> None:
     files = {"profile.csv", "profile.dxf", "grinding.nc", "cmm_nominal.csv", "manifest.json", "report.html"}
     assert files <= names
     plots = {name for name in names if name.startswith("plots")}
-    assert len(plots) == 14
+    assert len(plots) == 16
     assert {Path(name).suffix for name in plots} == {".png", ".svg"}
     assert not list(built.glob(".*")), "scratch folders are gone"
 
@@ -105,7 +105,7 @@ def test_manifest_tells_the_truth_of_every_file(built: Path) -> None:
 
 def test_report_stands_alone_and_holds_the_pictures(built: Path) -> None:
     html = (built / "report.html").read_text(encoding="utf-8")
-    assert html.count("<svg") == 7
+    assert html.count("<svg") == 8
     assert "src=" not in html
     assert "All checks passed" in html
     ids = [part.split('"')[0] for part in html.split(' id="')[1:]]

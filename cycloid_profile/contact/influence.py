@@ -1,0 +1,73 @@
+"""How the output answers to a small change of any gap or bearing fit, about an equilibrium (docs/theory.md, Eq. 50)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cycloid_profile.arrays import FloatArray
+from cycloid_profile.contact.as_built import AS_DRAWN, AsBuilt
+from cycloid_profile.contact.energy import StageEnergy
+from cycloid_profile.contact.sharing import LoadSharing
+from cycloid_profile.contact.support import support_model
+from cycloid_profile.errors import LoadError
+
+
+@dataclass(frozen=True, slots=True)
+class Influence:
+    """Rotation of the output per gap and per bearing fit [rad/mm].
+
+    ``pins`` shape (poses, discs, pins); ``bearings`` shape (poses, bearings, 2), of a stretch at rest in x and y. A
+    change of many parts turns the output by the sum of change times influence.
+    """
+
+    sharing: LoadSharing
+    pins: FloatArray
+    bearings: FloatArray
+
+    def rotation(self, gap: FloatArray, misfit: FloatArray | float = 0.0) -> FloatArray:
+        """Turn of the output by changes of gaps and fits [mm], shape (poses,) [rad]; first order."""
+        turned: FloatArray = np.sum(self.pins * gap, axis=(1, 2)) + np.sum(self.bearings * misfit, axis=(1, 2))
+        return turned
+
+
+def influence(sharing: LoadSharing, as_built: AsBuilt = AS_DRAWN) -> Influence:
+    """Influences about a solved stage, whose parts were ``as_built``; raises ``LoadError`` for solvers of one disc."""
+    stage = sharing.stage
+    if stage is None:
+        raise LoadError("solver", sharing.solver, "holds the crank and knows no bearings", "solve the whole stage")
+    drive = sharing.case.drive
+    support = support_model(drive, stage.meshing.crank_angle, as_built)
+    lever = np.sign(sharing.torque)[:, np.newaxis, np.newaxis] * sharing.lever
+    u = np.zeros((len(sharing.torque), support.arm.size))
+    u[:, 0] = sharing.rotation
+    for j, own in enumerate(support.disc_unknowns):
+        u[:, own] = stage.motion[:, j]
+    energy = StageEnergy(
+        law=sharing.case.law,
+        contact=sharing.case.line_contact(sharing.curvature),
+        gap=-sharing.approach,
+        normal_x=stage.normal.real,
+        normal_y=stage.normal.imag,
+        lever=lever,
+        disc_unknowns=support.disc_unknowns,
+        spring_stretch=support.spring_stretch,
+        spring_matrix=support.spring_matrix,
+        stretch=support.misfit + np.einsum("psdu,pu->psd", support.spring_stretch, u),
+        bearing_stiffness=support.stiffness,
+        play=support.play,
+        torque=sharing.torque,
+        rotation=sharing.rotation,
+        arm=support.arm,
+    )
+    point = energy.at(np.zeros_like(u))
+    hessian = energy.hessian(point)
+    carrier = np.zeros_like(u)
+    carrier[:, 0] = 1.0
+    answer = (np.linalg.pinv(hessian, hermitian=True, rcond=1e-13) @ carrier[..., np.newaxis])[..., 0]
+    moved = answer[:, support.disc_unknowns][..., np.newaxis, :]
+    along = stage.normal.real * moved[..., 0] + stage.normal.imag * moved[..., 1] + lever * moved[..., 2]
+    stretched = np.einsum("psdu,pu->psd", support.spring_stretch, answer)
+    bearings = -np.einsum("psde,pse->psd", energy.bearing_tangent(point), stretched)
+    return Influence(sharing, sharing.pin_stiffness * along, bearings)

@@ -1,0 +1,40 @@
+"""Force and pressure of every pin over one turn of the crank."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from cycloid_profile.design.record import DesignRecord
+from cycloid_profile.plot.style import new_figure, plain, style
+from cycloid_profile.units import NEWTON_METRE
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def load_map(record: DesignRecord) -> Figure:
+    """Left: force on each pin by disc 1. Right: its peak pressure. White: no contact."""
+    loaded = record.under_load
+    pins = record.drive.trochoid.pins
+    extent = (0.0, 360.0, 0.5, pins + 0.5)
+    with style():
+        figure = new_figure(10.0, 4.8)
+        panels = figure.subplots(1, 2, sharey=True)
+        for ax, value, label in zip(
+            panels, (loaded.force, loaded.pressure), ("force on the pin [N]", "peak pressure [MPa]"), strict=True
+        ):
+            seen = np.where(loaded.loaded[:, 0], value[:, 0], np.nan).T
+            drawn = ax.imshow(
+                seen, origin="lower", aspect="auto", extent=extent, cmap="viridis", vmin=0.0, interpolation="nearest"
+            )
+            figure.colorbar(drawn, ax=ax, label=label)
+            ax.set(xlabel="crank angle [°]", xlim=(0.0, 360.0))
+            ax.set_xticks(range(0, 361, 60))
+            ax.grid(visible=False)
+        panels[0].set_ylabel("pin")
+        figure.suptitle(
+            f"{plain(record.spec.name)}: disc 1 at {record.case.torque / NEWTON_METRE:.4g} N·m, tooth as ground"
+        )
+    return figure
