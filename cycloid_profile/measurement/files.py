@@ -61,7 +61,9 @@ def read_measurement(path: Path) -> Measurement:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "is no text file"
-        raise MeasurementError(str(path), "given", f"cannot be read ({reason})", "give a CSV file") from None
+        raise MeasurementError(
+            "measured file", f"'{path}'", f"cannot be read ({reason})", "give a CSV file", " "
+        ) from None
     return parse_measurement(text, path.name)
 
 

@@ -22,18 +22,17 @@ def load_map(record: DesignRecord) -> Figure:
     with style():
         figure = new_figure(10.0, 4.8)
         panels = figure.subplots(1, 2, sharey=True)
-        for ax, value, label in zip(
-            panels, (loaded.force, loaded.pressure), ("force on the pin [N]", "peak pressure [MPa]"), strict=True
-        ):
+        shown = ((loaded.force, "force on the pin [N]", "viridis"), (loaded.pressure, "peak pressure [MPa]", "magma"))
+        for ax, (value, label, colours) in zip(panels, shown, strict=True):
             seen = np.where(loaded.loaded[:, 0], value[:, 0], np.nan).T
             drawn = ax.imshow(
-                seen, origin="lower", aspect="auto", extent=extent, cmap="viridis", vmin=0.0, interpolation="nearest"
+                seen, origin="lower", aspect="auto", extent=extent, cmap=colours, vmin=0.0, interpolation="nearest"
             )
             figure.colorbar(drawn, ax=ax, label=label)
             ax.set(xlabel="crank angle [°]", xlim=(0.0, 360.0))
             ax.set_xticks(range(0, 361, 60))
             ax.grid(visible=False)
-        panels[0].set_ylabel("pin")
+        panels[0].set_ylabel("pin [number]")
         figure.suptitle(
             f"{plain(record.spec.name)}: disc 1 at {record.case.torque / NEWTON_METRE:.4g} N·m, tooth as ground"
         )
