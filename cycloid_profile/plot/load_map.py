@@ -21,7 +21,7 @@ def load_map(record: DesignRecord) -> Figure:
     extent = (0.0, 360.0, 0.5, pins + 0.5)
     with style():
         figure = new_figure(10.0, 4.8)
-        panels = figure.subplots(1, 2, sharey=True)
+        panels = figure.subplots(1, 2)
         shown = ((loaded.force, "force on the pin [N]", "viridis"), (loaded.pressure, "peak pressure [MPa]", "magma"))
         for ax, (value, label, colours) in zip(panels, shown, strict=True):
             seen = np.where(loaded.loaded[:, 0], value[:, 0], np.nan).T
@@ -29,10 +29,9 @@ def load_map(record: DesignRecord) -> Figure:
                 seen, origin="lower", aspect="auto", extent=extent, cmap=colours, vmin=0.0, interpolation="nearest"
             )
             figure.colorbar(drawn, ax=ax, label=label)
-            ax.set(xlabel="crank angle [°]", xlim=(0.0, 360.0))
+            ax.set(xlabel="crank angle [°]", ylabel="pin [number]", xlim=(0.0, 360.0))
             ax.set_xticks(range(0, 361, 60))
             ax.grid(visible=False)
-        panels[0].set_ylabel("pin [number]")
         figure.suptitle(
             f"{plain(record.spec.name)}: disc 1 at {record.case.torque / NEWTON_METRE:.4g} N·m, tooth as ground"
         )
