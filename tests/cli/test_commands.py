@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from cycloid_profile.cli.figures import as_built_rows
 from cycloid_profile.cli.main import run
 from cycloid_profile.spec.read import read_spec
 
@@ -364,15 +365,21 @@ def test_the_module_is_the_command() -> None:
     assert "is not in the catalogue" in ended.stderr
 
 
-def test_effects_are_kept_and_said_not_to_be_simulated(
+def test_effects_of_the_spec_are_measured_on_the_rig(
     changed: Callable[..., Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    effect = "[[effects]]\nname = 'series_compliance'\nstiffness_nm_per_arcmin = 134.0\n[export]"
-    spec = changed(("[export]", effect), ('["dxf", "step", "csv", "gcode", "cmm"]', '["cmm"]'))
-    assert run(["build", str(spec), "--out", str(tmp_path / "out"), "--json"]) == 0
-    out, err = capsys.readouterr()
-    assert json.loads(out)["effects_not_simulated"] == ["series_compliance"]
-    assert "series_compliance" in err
+    spec = changed(("[export]", "[[effects]]\nname = 'series_compliance'\nstiffness_nm_per_arcmin = 134.0\n[export]"))
+    assert run(["accuracy", str(spec), "--out", str(tmp_path / "out"), "--json"]) == 0
+    figures = json.loads(capsys.readouterr().out)
+    assert figures["effects"] == ["series_compliance"]
+    # Springs in series: the compliances of stage and shafts add.
+    stage = figures["compensated"]["torsional_rigidity_nm_per_arcmin"]
+    together = 1.0 / (1.0 / stage + 1.0 / 134.0)
+    assert figures["as_built"]["torsional_rigidity_nm_per_arcmin"] == pytest.approx(together, rel=0.01)
+    rows = dict(as_built_rows(figures))
+    assert (
+        rows["torsional rigidity, 50–100 % [N·m/′]"] == f"{figures['as_built']['torsional_rigidity_nm_per_arcmin']:.4g}"
+    )
 
 
 def test_catalog_lists_prints_and_writes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

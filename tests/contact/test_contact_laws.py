@@ -20,10 +20,10 @@ from cycloid_profile.contact.laws import (
     ArticleLogarithm,
     Braendlein,
     Johnson,
+    Logarithmic,
     Palmgren,
     Roark,
     WeberBanaschek,
-    Logarithmic,
     _PowerLaw,
     _slack,
 )

@@ -114,7 +114,7 @@ def principal_shear(x, z):
 def test_largest_shear_under_the_surface():
     # Johnson (1985) §4.2(c) prints 0.30 p0 at 0.78 a; the package has four digits of the same, of which the last
     # may be cut instead of rounded: one unit of it.
-    found = minimize_scalar(lambda z: -float(principal_shear(0.0, z)), bounds=(0.3, 1.5), options={"xatol": 1e-10})
+    found = minimize_scalar(lambda z: -float(principal_shear(0.0, z)), bounds=(0.3, 1.5), options={"xatol": 1e-6})
     contact = LineContact(10.0, 3.0, np.asarray(-0.1), STEEL, STEEL, 64.0)
     shear, depth = float(contact.subsurface_shear(700.0)), float(contact.shear_depth(700.0))
     assert shear / float(contact.peak_pressure(700.0)) == pytest.approx(-found.fun, abs=1e-4)
