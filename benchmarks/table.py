@@ -42,7 +42,7 @@ def _measured() -> list[dict[str, Any]]:
     """What pytest-benchmark wrote; its report and any failure go to the screen."""
     with tempfile.TemporaryDirectory() as folder:
         times = Path(folder) / "times.json"
-        command = [sys.executable, "-m", "pytest", "benchmarks", "--benchmark-only", f"--benchmark-json={times}"]
+        command = [sys.executable, "-m", "pytest", "benchmarks", "-n0", "--benchmark-only", f"--benchmark-json={times}"]
         subprocess.run(command, cwd=ROOT, check=True)
         benchmarks: list[dict[str, Any]] = json.loads(times.read_text())["benchmarks"]
         return benchmarks

@@ -39,6 +39,7 @@ def simulate(
         Spec file (TOML).
     """
     from cycloid_profile.design.ground import built_reducer
+    from cycloid_profile.errors import ExportError
     from cycloid_profile.export.folder import whole_or_nothing
     from cycloid_profile.measurement.files import format_measurement
     from cycloid_profile.plot.measured import measurement_plot
@@ -50,6 +51,8 @@ def simulate(
     from cycloid_profile.units import DEGREE, NEWTON_METRE
 
     file = Path(f"{spec.stem}_{kind}.csv") if out is None else out
+    if file.suffix == ".png":
+        raise ExportError("--out", f"'{file}'", "is the name of the picture", "end it with .csv", " ")
     settings = Settings(
         torque=None if torque_nm is None else torque_nm * NEWTON_METRE,
         output_angle=output_angle_deg * DEGREE,

@@ -253,8 +253,11 @@ class _Block:
 def _torsional_stiffness(problem: StageEnergy, point: EnergyPoint) -> FloatArray:
     """dT/dΘ at the equilibrium with every disc free to follow, shape (poses,) [N·mm/rad]."""
     hessian = problem.hessian(point)
+    # A pose without gaps has no stiffness either, and must not stop the others.
+    lost = np.any(np.isnan(hessian), axis=(1, 2))
+    hessian[lost] = 0.0
     discs, coupling = hessian[:, 1:, 1:], hessian[:, 1:, :1]
     # A disc afloat has nothing to follow with: pinv leaves it where it is.
     follow = np.linalg.pinv(discs, hermitian=True, rcond=1e-12) @ coupling
     stiffness: FloatArray = hessian[:, 0, 0] - np.sum(coupling * follow, axis=(1, 2))
-    return stiffness
+    return np.where(lost, np.nan, stiffness)

@@ -71,8 +71,8 @@ class CrankHoleError(_OnCranks):
     name: ClassVar[str] = "crank_hole_error"
     amplitude_um: float = size("distance from its place [µm]", 3.0, 0.0, 200.0)
     direction_deg: float = angle("direction in the disc, 0 outwards at crank 1 [°]")
-    crank: int | None = part(_CRANK, 1)
-    disc: int | None = part(_DISC, 1)
+    crank: int | None = part("number of the crank shaft, 1 stands at angle 0", 1)
+    disc: int | None = part("number of the disc, 1 for the first", 1)
 
     def apply(self, built: Built) -> Built:
         """The reducer with this effect."""
@@ -106,7 +106,7 @@ class PlanetRunout(Effect):
     place: ClassVar[Place] = Place.SENSOR
     amplitude_um: float = size("eccentricity of the pitch circle [µm]", 10.0, 0.0, 500.0)
     phase_deg: float = angle("direction at crank angle 0 [°]")
-    planet: int | None = part("number of the planet, which is that of its crank; all if absent", 1)
+    planet: int | None = part("number of the planet, which is that of its crank", 1)
 
     def apply(self, built: Built) -> Built:
         """The reducer with this effect."""

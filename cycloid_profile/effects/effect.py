@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from enum import Enum
 from typing import Any, ClassVar, NamedTuple
 
@@ -26,6 +25,7 @@ class Parameter(NamedTuple):
     """One parameter of an effect, in the unit its name ends with.
 
     ``tolerance`` is what a good workshop holds, a standard width for a size; None for a direction or a part.
+    ``optional`` where None is a value of its own: all parts.
     """
 
     name: str
@@ -35,6 +35,7 @@ class Parameter(NamedTuple):
     tolerance: float | None
     required: bool
     whole: bool
+    optional: bool
 
 
 def size(text: str, tolerance: float, low: float, high: float, default: Any = dataclasses.MISSING) -> Any:
@@ -47,9 +48,9 @@ def angle(text: str) -> Any:
     return _field(text, -3600.0, 3600.0, None, 0.0)
 
 
-def part(text: str, default: Any = None) -> Any:
-    """A field that holds the number of a part counted from 1; None for all of them."""
-    return _field(text, 1, 1000, None, default)
+def part(text: str, default: Any = None, most: int = 1000) -> Any:
+    """A field that holds the number of a part counted from 1, or of a choice; None, if the default, for all of them."""
+    return _field(text, 1, most, None, default)
 
 
 def _field(text: str, low: float, high: float, tolerance: float | None, default: Any) -> Any:
@@ -74,9 +75,10 @@ class Effect:
     def __post_init__(self) -> None:
         for parameter in parameters(type(self)):
             value = getattr(self, parameter.name)
-            if value is None and not parameter.required:
+            if value is None and parameter.optional:
                 continue
-            number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+            # Whole numbers of a spec file can be larger than any float.
+            number = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e300
             if not number or (parameter.whole and value != int(value)):
                 kind = "a whole number" if parameter.whole else "a number"
                 raise SpecError(f"{self.name}.{parameter.name}", repr(value), f"is not {kind}", parameter.text)
@@ -104,6 +106,7 @@ def parameters(kind: type[Effect]) -> tuple[Parameter, ...]:
             tolerance=field.metadata["tolerance"],
             required=field.default is dataclasses.MISSING,
             whole="int" in str(field.type),
+            optional=field.default is None,
         )
         for field in dataclasses.fields(kind)  # type: ignore[arg-type]
     )

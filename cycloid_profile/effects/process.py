@@ -23,6 +23,8 @@ from cycloid_profile.modification.flank import FlankRemoval
 from cycloid_profile.units import DEGREE, UM
 
 STEEL_EXPANSION = 11.5e-6  # 1/K
+# Feet on waves shorter than this are sought one by one, from so many points on each.
+_SHORT_WAVE, _POINTS_ON_WAVE = 1.0, 8  # rad
 _DISC = "number of the disc, 1 for the first; all discs if absent"
 
 
@@ -144,7 +146,7 @@ class DiscRunout(_OnDiscs):
     amplitude_um: float = size("amplitude, half the run-out read [µm]", 3.0, 0.0, 200.0)
     phase_deg: float = angle("polar angle of the high side [°]")
     disc: int | None = part(_DISC)
-    form: int = part("1: tooth moved as a whole; 2: by the angle alone", 1)
+    form: int = part("1: tooth moved as a whole; 2: by the angle alone", 1, most=2)
 
     def _ground(self, blank: _Blank) -> ToothProfile:
         phase = self.phase_deg * DEGREE + blank.mounted
@@ -218,7 +220,9 @@ class GrindingChatter(_OnDiscs):
     disc: int | None = part(_DISC)
 
     def _ground(self, blank: _Blank) -> ToothProfile:
-        return _with(blank.tooth, Wave(self.amplitude_um * UM, self.waves_per_turn, self.phase_deg * DEGREE))
+        length = blank.tooth.trochoid.phase_period / self.waves_per_turn
+        short = length / _POINTS_ON_WAVE if length < _SHORT_WAVE else None
+        return _with(blank.tooth, Wave(self.amplitude_um * UM, self.waves_per_turn, self.phase_deg * DEGREE, short))
 
 
 @dataclass(frozen=True)
@@ -247,7 +251,7 @@ class FlankWear(_OnDiscs):
 
     name: ClassVar[str] = "flank_wear"
     amount_um: float = size("deepest wear [µm]", 2.0, 0.0, 100.0)
-    flank: int = part("1: carries positive torque, 2: carries negative torque", 1)
+    flank: int = part("1: carries positive torque, 2: carries negative torque", 1, most=2)
     disc: int | None = part(_DISC)
 
     def _ground(self, blank: _Blank) -> ToothProfile:
@@ -279,7 +283,7 @@ class SingleToothError(_OnDiscs):
     name: ClassVar[str] = "single_tooth_error"
     amount_um: float = size("removal, negative where the lobe is high [µm]", 1.0, -200.0, 200.0)
     lobe: int = part("number of the lobe, 1 has its root at angle 0, counted clockwise", 1)
-    disc: int | None = part(_DISC, 1)
+    disc: int | None = part("number of the disc, 1 for the first", 1)
 
     def _ground(self, blank: _Blank) -> ToothProfile:
         (lobe,) = chosen(self, "lobe", self.lobe, blank.tooth.trochoid.lobes)

@@ -24,21 +24,27 @@ class _WholeDisc:
 
     whole_disc: ClassVar[bool] = True
     corners: ClassVar[tuple[float, ...]] = ()
-    spacing: ClassVar[None] = None
 
 
 @dataclass(frozen=True, slots=True)
 class Wave(_WholeDisc):
-    """h = A cos(n t − φ): ``amount`` A [mm], ``waves`` n round the disc, ``angle`` φ [rad]."""
+    """h = A cos(n t − φ): ``amount`` A [mm], ``waves`` n round the disc, ``angle`` φ [rad].
+
+    ``spacing`` for waves so short that a pin can have feet on several of them.
+    """
 
     amount: float
     waves: float
     angle: float
+    spacing: float | None = None
 
     def jet(self, phase: FloatArray, side: FloatArray, trochoid: Trochoid) -> RemovalJet:
         """See ``NormalRemoval.jet``."""
         del side
         rate = self.waves / trochoid.lobes
+        if self.waves % 1.0:
+            # A number that does not come out even jumps at the tip before lobe 0, wherever the phase is counted from.
+            phase = np.mod(phase + math.pi, trochoid.phase_period) - math.pi
         turned = rate * phase - self.angle
         cos, sin = self.amount * np.cos(turned), self.amount * np.sin(turned)
         return RemovalJet(cos, -rate * sin, -rate * rate * cos)
@@ -50,6 +56,7 @@ class Shift(_WholeDisc):
 
     amount: float
     angle: float
+    spacing: ClassVar[None] = None
 
     def jet(self, phase: FloatArray, side: FloatArray, trochoid: Trochoid) -> RemovalJet:
         """See ``NormalRemoval.jet``."""
@@ -69,6 +76,7 @@ class Index(_WholeDisc):
     amount: float
     waves: float
     angle: float
+    spacing: ClassVar[None] = None
 
     def jet(self, phase: FloatArray, side: FloatArray, trochoid: Trochoid) -> RemovalJet:
         """See ``NormalRemoval.jet``."""
@@ -87,6 +95,7 @@ class Ramp(_WholeDisc):
 
     amount: float
     first: int
+    spacing: ClassVar[None] = None
 
     def jet(self, phase: FloatArray, side: FloatArray, trochoid: Trochoid) -> RemovalJet:
         """See ``NormalRemoval.jet``."""
@@ -108,6 +117,7 @@ class OneLobe(_WholeDisc):
 
     amount: float
     lobe: int
+    spacing: ClassVar[None] = None
 
     def jet(self, phase: FloatArray, side: FloatArray, trochoid: Trochoid) -> RemovalJet:
         """See ``NormalRemoval.jet``."""

@@ -22,7 +22,8 @@ def whole_or_nothing(folder: Path) -> Iterator[Path]:
     ExportError
         If ``folder`` cannot be made or written to, or a target is taken by a folder.
     """
-    made = not folder.exists()
+    # The folders that have to be made, innermost first: an attempt that fails takes them away again.
+    made = [path for path in (folder, *folder.parents) if not path.exists()]
     try:
         folder.mkdir(parents=True, exist_ok=True)
         scratch = Path(tempfile.mkdtemp(prefix=".partial-", dir=folder))
@@ -37,14 +38,15 @@ def whole_or_nothing(folder: Path) -> Iterator[Path]:
             target.parent.mkdir(parents=True, exist_ok=True)
         for file, target in moves:
             file.replace(target)
-        made = False
+        made = []
     except OSError as error:
         named = error.filename2 or error.filename or folder
         raise _refusal("output file", str(named), error.strerror or str(error)) from None
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
-        if made and not any(folder.iterdir()):
-            folder.rmdir()
+        for path in made:
+            if path.is_dir() and not any(path.iterdir()):
+                path.rmdir()
 
 
 def _refusal(what: str, path: str, reason: str | None) -> ExportError:

@@ -43,8 +43,8 @@ def evaluate_loop(torque: FloatArray, angle: FloatArray) -> LoopFigures:
         If the torque does not run from its largest to its smallest and back.
     """
     peak = float(np.max(torque))
-    top, bottom = _branch_ends(torque, peak)
-    falling, rising = slice(top, bottom + 1), slice(bottom, None)
+    top, bottom, end = _branch_ends(torque, peak)
+    falling, rising = slice(top, bottom + 1), slice(bottom, end + 1)
     down = _at(torque[falling][::-1], angle[falling][::-1])
     up = _at(torque[rising], angle[rising])
     three = LOST_MOTION_SHARE * peak
@@ -61,25 +61,29 @@ def evaluate_loop(torque: FloatArray, angle: FloatArray) -> LoopFigures:
         lost_motion=high - low,
         hysteresis_loss=zero[1] - zero[0],
         torsional_rigidity=float(np.nanmean([forward, backward])),
-        loss_energy=float(abs(np.trapezoid(torque[top:], angle[top:]))),
+        loss_energy=float(abs(np.trapezoid(torque[top : end + 1], angle[top : end + 1]))),
         centreline=(low, high),
         zero=zero,
         rigidity_points=((half, up(half)), (last, up(last))),
     )
 
 
-def _branch_ends(torque: FloatArray, peak: float) -> tuple[int, int]:
-    """Rows of the last point at the peak before the bottom, and of the bottom."""
-    bottom = int(np.argmin(torque))
-    top = int(np.argmax(torque[: bottom + 1])) if bottom else 0
-    if not (torque[bottom] < 0.0 < peak and torque[top] > 0.5 * peak and np.max(torque[bottom:]) > 0.5 * peak):
+def _branch_ends(torque: FloatArray, peak: float) -> tuple[int, int, int]:
+    """Rows of the peak before the bottom, of the bottom, and of the peak after it."""
+    high = np.flatnonzero(torque > 0.5 * peak)
+    bottom = int(high[0] + np.argmin(torque[high[0] : high[-1] + 1])) if high.size else 0
+    if not torque[bottom] < 0.0 < peak:
         raise MeasurementError(
             "torque of the loop",
-            f"{torque[bottom]:.4g} to {peak:.4g} N·mm",
+            f"{np.min(torque):.4g} to {peak:.4g} N·mm",
             "does not run from one end to the other and back",
             "measure 0 → +T → −T → +T",
         )
-    return top, bottom
+    # A file can hold several turns: the visits to the peak next to the bottom.
+    last = np.split(high[high < bottom], np.flatnonzero(np.diff(high[high < bottom]) > 1) + 1)[-1]
+    first = np.split(high[high > bottom], np.flatnonzero(np.diff(high[high > bottom]) > 1) + 1)[0]
+    top = int(last[-1] - np.argmax(torque[last][::-1]))
+    return top, bottom, int(first[np.argmax(torque[first])])
 
 
 def _at(torque: FloatArray, angle: FloatArray) -> Callable[[float], float]:

@@ -15,7 +15,7 @@ from cycloid_profile.arrays import ComplexArray, FloatArray
 from cycloid_profile.contact.gap import nearest_foot
 from cycloid_profile.contact.stage import StageEquilibrium
 from cycloid_profile.effects.built import Built
-from cycloid_profile.errors import MeasurementError
+from cycloid_profile.errors import MeasurementError, SolveError
 from cycloid_profile.geometry.profile import ToothProfile
 from cycloid_profile.measurement.files import Measurement
 from cycloid_profile.rig.hysteresis import stage_torque
@@ -74,7 +74,9 @@ def gap(built: Built, measurement: Measurement, disc: int = 0) -> Gap:
 
 
 def _scan_gap(built: Built, measurement: Measurement, disc: int) -> Gap:
-    tooth = built.teeth[min(disc, built.discs - 1)]
+    if not 0 <= disc < built.discs:
+        raise MeasurementError("disc", disc + 1, f"is not one of the {built.discs} discs", "count from 1")
+    tooth = built.teeth[disc]
     points: ComplexArray = measurement["x_mm"] + 1j * measurement["y_mm"]
     free = measurement.keys.get("datum", "bore") == "free"
     shift, turn = (complex(np.mean(points)) if free else 0j), 0.0
@@ -169,6 +171,8 @@ def _loop_gap(built: Built, measurement: Measurement, disc: int) -> Gap:
 def _curve(
     built: Built, measurement: Measurement, axis: str, where: FloatArray, residual: FloatArray, offset: bool = True
 ) -> Gap:
+    if np.all(np.isnan(residual)):
+        raise SolveError(measurement.name, "without", "an equilibrium to compare with", "make the effects smaller", " ")
     removed: dict[str, float] = {}
     if offset:
         zero = float(np.nanmean(residual))

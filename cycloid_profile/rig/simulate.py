@@ -8,13 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from cycloid_profile.effects.built import Built
-from cycloid_profile.errors import MeasurementError
+from cycloid_profile.errors import MeasurementError, SolveError
 from cycloid_profile.measurement.files import Measurement
 from cycloid_profile.rig.hysteresis import hysteresis_loop
 from cycloid_profile.rig.maps import LOST_MOTION_SHARE, lost_motion_map
 from cycloid_profile.rig.scan import profile_scan
 from cycloid_profile.rig.transmission import transmission_error
 from cycloid_profile.units import ARCMIN, ARCSEC, DEGREE, NEWTON_METRE, UM
+
+_LEAST_POINTS = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,15 +41,25 @@ def simulate(built: Built, kind: str, settings: Settings | None = None) -> Measu
     Raises
     ------
     MeasurementError
-        If the kind is not known, or the noise negative.
+        If the kind is not known, or noise, points or seed cannot be.
+    SolveError
+        If the reducer finds no equilibrium somewhere.
     """
     wanted = Settings() if settings is None else settings
     if kind not in SIMULATORS:
         known = ", ".join(SIMULATORS)
         raise MeasurementError("kind", f"'{kind}'", "is not known", f"choose from {known}")
-    if not wanted.noise >= 0.0:
-        raise MeasurementError("noise", wanted.noise, "is negative", "give a standard deviation, 0 for none")
-    return SIMULATORS[kind](built, wanted, np.random.default_rng(wanted.seed))
+    if not 0.0 <= wanted.noise < np.inf:
+        raise MeasurementError("noise", wanted.noise, "is no finite number from 0 on", "give a standard deviation")
+    if wanted.points is not None and wanted.points < _LEAST_POINTS:
+        raise MeasurementError("points", wanted.points, f"are fewer than {_LEAST_POINTS}", "measure more points")
+    if wanted.seed < 0:
+        raise MeasurementError("seed", wanted.seed, "is negative", "give a whole number from 0 on")
+    measured = SIMULATORS[kind](built, wanted, np.random.default_rng(wanted.seed))
+    lost = np.count_nonzero(~np.isfinite(np.stack(list(measured.columns.values()))))
+    if lost:
+        raise SolveError(f"{lost} rows of the {kind}", "without", "an equilibrium", "make the effects smaller", " ")
+    return measured
 
 
 def _scan(built: Built, settings: Settings, draw: np.random.Generator) -> Measurement:

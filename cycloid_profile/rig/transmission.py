@@ -42,6 +42,8 @@ def spectrum(values: FloatArray) -> FloatArray:
     """Amplitudes of the orders of evenly spaced values over one turn, from order 0 on, in their unit."""
     amplitude: FloatArray = 2.0 * np.abs(np.fft.rfft(values)) / values.size
     amplitude[0] *= 0.5
+    if values.size % 2 == 0:
+        amplitude[-1] *= 0.5
     return amplitude
 
 
@@ -49,7 +51,8 @@ def transmission_error(built: Built, torque: float, poses: int = POSES) -> Trans
     """Transmission error under ``torque`` [N·mm]; raises ``LoadError`` if it is zero or not finite."""
     (error,) = carrier_rotation(built, np.array([torque]), poses)
     angle = 2.0 * np.pi * np.arange(poses) / poses
-    return TransmissionError(built, torque, angle, error - np.nanmean(error))
+    settled = error[np.isfinite(error)]
+    return TransmissionError(built, torque, angle, error - np.mean(settled) if settled.size else error)
 
 
 def carrier_rotation(built: Built, torques: FloatArray, poses: int) -> FloatArray:

@@ -1,0 +1,260 @@
+"""Contracts of the effects: names, parameters and bounds, tables of a spec file there and back, and refusals."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import Any
+
+import pytest
+import tomli_w
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cycloid_profile.contact.case import LoadCase
+from cycloid_profile.effects.built import as_drawn
+from cycloid_profile.effects.effect import Effect, Place, parameters
+from cycloid_profile.effects.registry import EFFECTS, build, effect, table
+from cycloid_profile.errors import SpecError
+from cycloid_profile.geometry.drive import CentralEccentric, Drive
+from cycloid_profile.geometry.trochoid import Trochoid
+from cycloid_profile.modification.setup import Equidistant, modify
+from cycloid_profile.spec.effect_names import EFFECT_NAMES
+from cycloid_profile.spec.read import parse_spec
+
+DRIVE = """[drive]
+pins = 40
+pin_circle_radius_mm = 64.0
+pin_radius_mm = 3.0
+eccentricity_mm = 1.3
+disc_width_mm = 11.5
+discs = 2
+"""
+UNITS = {
+    "_um": "[µm]",
+    "_deg": "[°]",
+    "_k": "[K]",
+    "_nm": "[N·m]",
+    "_arcmin": "[arcmin]",
+    "_arcsec": "[arcsec]",
+    "_um_per_kn": "[µm/kN]",
+    "_nm_per_arcmin": "[N·m/′]",
+}
+# A ratio and a count have no unit.
+PLAIN = {"coefficient", "waves_per_turn"}
+PARTS = {"disc", "crank", "planet", "pin", "lobe", "first_lobe", "flank", "form"}
+# How many there are of each part in an RV-40E; flank and form are choices of two.
+COUNT = {"disc": 2, "crank": 3, "planet": 3, "pin": 40, "lobe": 39, "first_lobe": 39, "flank": 2, "form": 2}
+every = pytest.mark.parametrize("name", sorted(EFFECTS))
+
+
+def values_of(kind: type[Effect], required_only: bool = False) -> dict[str, Any]:
+    """Some values that can be, sizes as the workshop holds them."""
+    chosen: dict[str, Any] = {}
+    for p in parameters(kind):
+        if p.required or not required_only:
+            chosen[p.name] = 1 if p.whole else p.tolerance or 30.0
+    return chosen
+
+
+def tables_of(name: str) -> st.SearchStrategy[dict[str, Any]]:
+    """Tables with any allowed values, optional ones there or not."""
+    sure, may = {}, {}
+    for p in parameters(EFFECTS[name]):
+        whole = st.integers(1, COUNT[p.name]) if p.whole else st.floats(p.low, p.high)
+        (sure if p.required else may)[p.name] = whole
+    return st.fixed_dictionaries({"name": st.just(name), **sure}, optional=may)
+
+
+@every
+@given(st.data())
+def test_a_table_comes_back_as_the_same_effect(name, data):
+    wanted = data.draw(tables_of(name))
+    made = effect(wanted)
+    assert made == effect(table(made))
+    # Everything the user gave is in it, through the text of a spec file too.
+    assert wanted.items() <= table(made).items()
+    spec = parse_spec(tomli_w.dumps({"effects": [table(made)]}) + DRIVE)
+    assert effect(spec.effects[0]) == made
+    assert hash(made) == hash(effect(wanted))
+
+
+@every
+def test_notes_of_a_diagnosis_are_no_parameters(name):
+    given = {"name": name, **values_of(EFFECTS[name], required_only=True)}
+    noted = {**given, "uncertainty": {"amount_um": 0.1}, "origin": "scan.csv"}
+    assert effect(noted) == effect(given)
+
+
+@every
+def test_bounds_hold(name):
+    kind = EFFECTS[name]
+    for p in parameters(kind):
+        for bad in (p.low - 1.0, p.high + 1.0):
+            with pytest.raises(SpecError) as refused:
+                kind(**{**values_of(kind), p.name: int(bad) if p.whole else bad})
+            assert refused.value.what == f"{name}.{p.name}"
+            assert refused.value.limit.startswith("is outside")
+        kind(**{**values_of(kind), p.name: int(p.low) if p.whole else p.low})
+
+
+@every
+def test_what_is_no_number_is_refused(name):
+    kind = EFFECTS[name]
+    bad_values = (math.nan, math.inf, -math.inf, "3", True, [1.0])
+    for p, bad in itertools.product(parameters(kind), bad_values):
+        with pytest.raises(SpecError, match="is not a") as refused:
+            kind(**{**values_of(kind), p.name: bad})
+        assert refused.value.what == f"{name}.{p.name}"
+
+
+@every
+def test_half_a_part_is_refused(name):
+    kind = EFFECTS[name]
+    for p in (p for p in parameters(kind) if p.whole):
+        with pytest.raises(SpecError, match="is not a whole number"):
+            kind(**{**values_of(kind), p.name: 1.5})
+
+
+def test_whole_numbers_beyond_every_float_are_refused():
+    # TOML can write them.
+    with pytest.raises(SpecError, match=r"disc_oval\.amplitude_um"):
+        effect({"name": "disc_oval", "amplitude_um": 10**400})
+
+
+def test_none_is_all_parts_where_that_is_the_default_and_refused_elsewhere(case):
+    # In a table None is a key left out. Where that means part 1 or an angle of 0, None must not mean anything else.
+    lost = []
+    for name, kind in EFFECTS.items():
+        for p in parameters(kind):
+            try:
+                made = kind(**{**values_of(kind), p.name: None})
+            except SpecError:
+                continue
+            if effect(table(made)) == made:
+                build(case, [made])
+            else:
+                lost.append(f"{name}.{p.name}")
+    assert not lost
+
+
+@every
+def test_a_part_beyond_the_count_is_refused(name, case):
+    kind = EFFECTS[name]
+    for p in (p for p in parameters(kind) if p.whole):
+        with pytest.raises(SpecError) as refused:
+            build(case, [kind(**{**values_of(kind), p.name: COUNT[p.name] + 1})])
+        assert refused.value.what == f"{name}.{p.name}"
+        assert str(COUNT[p.name]) in f"{refused.value.limit} {refused.value.remedy}"
+
+
+@every
+def test_a_missing_size_is_asked_for(name):
+    for p in (p for p in parameters(EFFECTS[name]) if p.required):
+        given = {"name": name, **values_of(EFFECTS[name])}
+        del given[p.name]
+        with pytest.raises(SpecError, match="is required") as refused:
+            effect(given)
+        assert refused.value.what == f"{name}.{p.name}"
+        assert p.text in refused.value.remedy
+
+
+@every
+def test_a_misspelled_parameter_brings_the_nearest(name):
+    for p in parameters(EFFECTS[name]):
+        misspelled = p.name[:1] + p.name[2:]
+        given = {"name": name, **values_of(EFFECTS[name]), misspelled: 1.0}
+        with pytest.raises(SpecError, match="is not a parameter of this effect") as refused:
+            effect(given)
+        assert refused.value.what == f"{name}.{misspelled}"
+        assert refused.value.remedy == f"did you mean {p.name}?"
+
+
+@every
+def test_a_misspelled_name_brings_the_nearest(name):
+    with pytest.raises(SpecError, match="is not known") as refused:
+        effect({"name": name[:2] + name[3:]})
+    assert refused.value.remedy == f"did you mean {name}?"
+
+
+@pytest.mark.parametrize("name", ["", "xyzzy", 7, None])
+def test_a_name_like_no_other_is_refused(name):
+    with pytest.raises(SpecError, match="is not known"):
+        effect({"name": name, "amount_um": 1.0})
+
+
+def test_names_are_those_of_the_spec_file():
+    assert set(EFFECTS) == EFFECT_NAMES
+    assert all(kind.name == name for name, kind in EFFECTS.items())
+
+
+@every
+def test_every_effect_says_what_it_is_and_what_helps(name):
+    kind = EFFECTS[name]
+    assert kind.__doc__ is not None
+    assert "Cure:" in kind.__doc__
+    assert len(kind.__doc__.split("Cure:")[0]) > 30
+    assert isinstance(kind.place, Place)
+    # Frozen and comparable, so that it can be a key.
+    made = kind(**values_of(kind))
+    assert {made: 1}[kind(**values_of(kind))] == 1
+
+
+@every
+def test_every_parameter_has_its_unit_and_every_size_its_tolerance(name):
+    sizes = 0
+    for p in parameters(EFFECTS[name]):
+        assert p.low < p.high
+        if p.whole:
+            assert p.name in PARTS
+            assert p.tolerance is None
+            continue
+        unit = max((suffix for suffix in UNITS if p.name.endswith(suffix)), key=len, default=None)
+        if unit is None:
+            assert p.name in PLAIN
+        else:
+            assert p.text.endswith(UNITS[unit])
+        if p.name.endswith("_deg"):
+            assert p.tolerance is None
+            assert not p.required
+            continue
+        sizes += 1
+        assert p.required
+        assert p.tolerance is not None
+        assert 0.0 < p.tolerance <= p.high
+    assert sizes >= 1
+
+
+@every
+def test_no_size_is_no_effect(name, case):
+    kind = EFFECTS[name]
+    sized = [p.name for p in parameters(kind) if p.required and p.low <= 0.0]
+    none = build(case, [kind(**{**values_of(kind), **dict.fromkeys(sized, 0.0)})])
+    if name == "series_compliance":
+        # Its size is a stiffness: the larger the less.
+        assert kind(stiffness_nm_per_arcmin=1e6).apply(as_drawn(case)).series_compliance < 1e-3 / case.torque
+        return
+    drawn = as_drawn(case)
+    assert none.series_compliance == drawn.series_compliance
+    assert (none.coulomb_torque, none.proportional_friction, none.encoder) == (0.0, 0.0, 0j)
+    for part in ("pin_shift", "pin_oversize", "eccentric_shift", "bore_shift", "crank_lead"):
+        assert not getattr(none, part).any()
+    psi = [[0.7, 100.0, 200.0]]
+    for tooth in none.teeth:
+        assert abs(tooth.at(psi).position - case.profile.at(psi).position).max() < 1e-12
+
+
+@every
+def test_effects_build_on_a_drive_of_another_kind_or_say_why_not(name):
+    # One disc on a central eccentric, eleven pins, no first stage.
+    drive = Drive(Trochoid(11, 25.0, 1.2), 2.5, 8.0, 1, CentralEccentric(2e4))
+    case = LoadCase(drive, modify(drive.theoretical_profile, Equidistant(0.02)), 5e3)
+    made = EFFECTS[name](**values_of(EFFECTS[name]))
+    if name in {"crank_eccentricity_error", "crank_phase_error", "crank_hole_error", "planet_runout"}:
+        with pytest.raises(SpecError, match="which this drive has not") as refused:
+            build(case, [made])
+        assert refused.value.what == name
+    else:
+        built = build(case, [made])
+        built.parts.check(drive)
+        assert len(built.teeth) == 1

@@ -1,0 +1,48 @@
+"""Physics of chatter: pins on waves shorter than their own bed, against a search along the whole flank."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from cycloid_profile.contact.gap import gaps
+from cycloid_profile.contact.meshing import mesh
+from cycloid_profile.rig.gap import gap
+from cycloid_profile.rig.simulate import simulate
+from cycloid_profile.rig.transmission import transmission_error
+from cycloid_profile.units import UM
+
+REACH = 0.5  # rad to either side of the pin's phase; the flank is bent too much for feet further off
+STEPS = 4001
+
+
+@pytest.mark.parametrize(("amplitude", "waves"), [(5.0, 200.0), (0.3, 1000.0), (1.0, 1000.0), (1.0, 2000.0)])
+def test_a_pin_rests_on_the_highest_wave(built_with, case, amplitude, waves):
+    # With waves as steep as the pin is round it has a foot on each; the gap is the distance of the nearest.
+    tooth = built_with({"name": "grinding_chatter", "amplitude_um": amplitude, "waves_per_turn": waves}).teeth[0]
+    meshing = mesh(case.drive.trochoid, np.linspace(0.0, 240.0, 12))
+    found = gaps(tooth, case.drive.pin_radius, meshing).gap
+    nearest = np.full(found.shape, np.inf)
+    for offset in np.linspace(-REACH, REACH, STEPS):
+        points = tooth.at(meshing.phase + offset, None, meshing.lobe).position
+        nearest = np.minimum(nearest, np.abs(meshing.pin_centre - points))
+    # The search steps by 0.25 mrad, some 2 µm at most along the flank: it stops short by less than 10 nm.
+    np.testing.assert_allclose(found, nearest - case.drive.pin_radius, rtol=0.0, atol=1e-5)
+
+
+def test_a_reducer_with_chatter_still_turns(built_with):
+    rough = built_with({"name": "grinding_chatter", "amplitude_um": 2.0, "waves_per_turn": 1000.0})
+    assert np.all(np.isfinite(transmission_error(rough, rough.case.torque, 60).error))
+
+
+def test_a_scan_of_waves_that_do_not_come_out_even_lies_on_its_own_disc(built_with):
+    # 100.5 waves meet with a jump at the tip before the first lobe, for the scan and for the prediction.
+    rough = built_with({"name": "grinding_chatter", "amplitude_um": 1.0, "waves_per_turn": 100.5})
+    residual = gap(rough, simulate(rough, "profile_scan")).residual
+    # A point on the jump itself belongs to either side.
+    assert np.count_nonzero(np.abs(residual) > 1e-6) <= 2
+    assert np.max(np.abs(residual)) < 2.5
+    jump = rough.teeth[0].removal(np.array([-math.pi + 1e-9, -math.pi - 1e-9])).value
+    assert abs(jump[1] - jump[0]) > 0.3 * UM
