@@ -58,7 +58,8 @@ class Prototype:
     """One reducer and what the rig read of it; angles in rad, stiffness in N·mm/rad.
 
     ``crank_held`` and ``input_held`` are its backlash by geometry, the worst over a mesh cycle and the mean over a
-    turn; ``loop`` is that of mesh and crank bearings, ``soft_loop`` the one with the compliance in series.
+    turn; ``reversals`` holds B_j of the reversal ``run``. ``loop`` is that of mesh and crank bearings, ``soft_loop``
+    the one with the compliance in series.
     """
 
     name: str
@@ -67,6 +68,7 @@ class Prototype:
     crank_held: float
     input_held: float
     run: ReversalRun
+    reversals: np.ndarray
     loop: LoopFigures
     soft_loop: LoopFigures
 
@@ -77,16 +79,35 @@ def loop_figures(built: Built) -> LoopFigures:
     return evaluate_loop(loop.torque, loop.angle)
 
 
+def take_up(run: ReversalRun, play: float) -> np.ndarray:
+    """B_j of each reversal, read between two steps of the record, of which one can be 0.2′ of the output [rad].
+
+    The new flank touches where the lag passes half the ``play``: a faultless tooth is the same on both flanks.
+    """
+    turned = []
+    for start, follow in zip(run.reversal_time, run.follow_time, strict=True):
+        first, last = np.searchsorted(run.time, (start, follow + 1e-9))
+        lag = run.lag[first : last + 1]
+        way = np.sign(lag[-1] - lag[0])
+        touch = np.interp(0.5 * play, way * lag, run.time[first : last + 1])
+        turned.append(np.diff(np.interp((start, touch), run.time, run.input_angle))[0])
+    B_j: np.ndarray = np.abs(turned) / run.built.case.drive.reduction_ratio
+    return B_j
+
+
 def on_the_rig(name: str, scale: float, tooth: ToothProfile) -> Prototype:
     """Put one tooth to all tests."""
     built, soft = (build(LoadCase(DRIVE, tooth, TORQUE), more) for more in ([], [SeriesCompliance(SERIES)]))
+    play = float(np.mean(backlash_map(built, POSES).value))
+    run = reversal_run(built, BRAKES[0], duration=DURATION)
     return Prototype(
         name=name,
         scale=scale,
         built=built,
         crank_held=backlash(DRIVE, tooth).worst,
-        input_held=float(np.mean(backlash_map(built, POSES).value)),
-        run=reversal_run(built, BRAKES[0], duration=DURATION),
+        input_held=play,
+        run=run,
+        reversals=take_up(run, play),
         loop=loop_figures(built),
         soft_loop=loop_figures(soft),
     )
@@ -113,7 +134,7 @@ readings = {
 }
 prototypes = (unmodified, *(prototype for pair in readings.values() for prototype in pair))
 plausible = (unmodified, *readings["a tenth"])
-braked = tuple(reversal_run(p.built, BRAKES[1], duration=DURATION) for p in plausible)
+braked = tuple(take_up(reversal_run(p.built, BRAKES[1], duration=DURATION), p.input_held) for p in plausible)
 
 crank_held_change = -2.0 * DELTA_MAX / DRIVE.trochoid.longest_lever
 input_held_change = crank_held_change * input_locked_factor(DRIVE)
@@ -176,8 +197,8 @@ def prototype_table() -> str:
             p.name,
             f"{p.scale * EQUIDISTANT / UM:.4g}, {p.scale * RADIAL_MOVING / UM + 0.0:.4g}",
             f"{p.input_held / ARCMIN:.3f}",
-            f"{np.min(p.run.backlash) / ARCMIN:.2f} to {np.max(p.run.backlash) / ARCMIN:.2f}",
-            f"{np.mean(p.run.backlash) / ARCMIN:.2f}",
+            f"{np.min(p.reversals) / ARCMIN:.2f} to {np.max(p.reversals) / ARCMIN:.2f}",
+            f"{np.mean(p.reversals) / ARCMIN:.2f}",
             f"{p.loop.lost_motion / ARCMIN:.3f}",
             f"{p.loop.hysteresis_loss / ARCMIN:.3f}",
             f"{rigidity(p.loop):.1f}",
@@ -200,7 +221,7 @@ def change_table() -> str:
     rows = [
         row("backlash, crank held [′]", lambda p: p.crank_held, crank_held_change, ("", "")),
         row("backlash, input held [′]", lambda p: p.input_held, input_held_change, ("", "")),
-        row("B_j, mean [′]", lambda p: float(np.mean(p.run.backlash)), input_held_change, (simulated, "")),
+        row("B_j, mean [′]", lambda p: float(np.mean(p.reversals)), input_held_change, (simulated, "")),
         row("lost motion [′]", lambda p: p.loop.lost_motion, input_held_change, ("", "")),
         row("hysteresis loss [′]", lambda p: p.loop.hysteresis_loss, input_held_change, ("", measured)),
         [
@@ -219,8 +240,8 @@ def change_table() -> str:
 def load_table() -> str:
     """Mean of B_j under a light and a full load against motion."""
     rows = [
-        [f"{100.0 * brake:.0f} %", *(f"{np.mean(run.backlash) / ARCMIN:.2f}" for run in runs)]
-        for brake, runs in zip(BRAKES, ([p.run for p in plausible], braked), strict=True)
+        [f"{100.0 * brake:.0f} %", *(f"{np.mean(B_j) / ARCMIN:.2f}" for B_j in read)]
+        for brake, read in zip(BRAKES, ([p.reversals for p in plausible], braked), strict=True)
     ]
     return markdown(("load against motion: mean of B_j [′]", *(p.name for p in plausible)), rows)
 
@@ -228,8 +249,8 @@ def load_table() -> str:
 def statement() -> str:
     """What agrees with the published numbers, and what cannot."""
     printed, tenth = (pair[0] for pair in readings.values())
-    rise = [(np.mean(run.backlash) - p.input_held) / ARCMIN for run, p in zip(braked, plausible, strict=True)]
-    spread = max(np.ptp(p.run.backlash) for p in prototypes) / ARCMIN
+    rise = [(np.mean(B_j) - p.input_held) / ARCMIN for B_j, p in zip(braked, plausible, strict=True)]
+    spread = max(np.ptp(p.reversals) for p in prototypes) / ARCMIN
     frames = [f"{turn_in_a_step(play * ARCMIN, 1.0 / FRAMES) / ARCMIN:.2f}′" for play in SIMULATED]
     return f"""Agrees
 - Size of the reduction: 2 δmax/(a z_c) = {-crank_held_change / ARCMIN:.3f}′, {-input_held_change / ARCMIN:.3f}′ with \
@@ -264,7 +285,7 @@ def visualize(folder: Path) -> tuple[Path, Path]:
                 1e3 * (run.time[near] - start),
                 run.lag[near] / ARCMIN,
                 color=colour,
-                label=f"{prototype.name}: B_j = {run.backlash[turns] / ARCMIN:.2f}′",
+                label=f"{prototype.name}: B_j = {prototype.reversals[turns] / ARCMIN:.2f}′",
             )
             left.plot(1e3 * (follow - start), np.interp(follow, run.time, run.lag) / ARCMIN, "o", color=colour)
             loop = prototype.soft_loop

@@ -24,6 +24,7 @@ _CURVE = np.concatenate([[1e-3, 0.003, 0.01], np.linspace(0.03, 1.6, 40)])
 _TOUCH_POSES = 240
 # The output follows when the other flank carries this share of the rated torque.
 _FOLLOWS = 1e-3
+_BINDS = 1e-8  # rad; half a nanometre on the flank
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +82,10 @@ def reversal_run(
         np.append(twist[: _CURVE.size], 0.0), np.append(-_CURVE[::-1] * rated, 0.0), extrapolate=True
     )
     angle, touch_forward, touch_backward = _touches(built, stage)
+    if np.any(touch_forward < touch_backward - _BINDS):
+        raise SolveError(
+            "reversal run", "not started", "because the reducer binds somewhere", "make more clearance", " "
+        )
     A, omega, C = speed
     kg_mm2 = inertia * 1e6
     stiffness = float(forward(twist[-1], 1))
