@@ -16,11 +16,13 @@ from cycloid_profile.geometry.drive import CentralEccentric, Drive
 from cycloid_profile.geometry.trochoid import Trochoid
 from cycloid_profile.measurement.files import COLUMNS, Measurement, format_measurement, parse_measurement
 from cycloid_profile.modification.setup import Equidistant, modify
+from cycloid_profile.rig.evaluation import evaluate_loop
 from cycloid_profile.rig.gap import gap
+from cycloid_profile.rig.hysteresis import hysteresis_loop
 from cycloid_profile.rig.scan import profile_scan
 from cycloid_profile.rig.simulate import Settings, simulate
 from cycloid_profile.rig.told import figures_of
-from cycloid_profile.units import DEGREE
+from cycloid_profile.units import ARCMIN, DEGREE, NEWTON_METRE
 
 NOISE = {"profile_scan": 0.3, "hysteresis": 0.004, "transmission_error": 0.15, "lost_motion_map": 0.004}
 # A bit of everything that the four kinds can see.
@@ -188,6 +190,34 @@ def test_a_reducer_that_binds_is_told_so(built_with):
     bound = built_with({"name": "pin_circle_radius_error", "amount_um": -200.0})
     with pytest.raises(SolveError, match="equilibrium"):
         simulate(bound, "transmission_error", Settings(points=5))
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_a_loop_may_start_either_way(built_with, sense):
+    # So much friction that the first rows are compared: they follow a push the other way.
+    rubbing = built_with({"name": "coulomb_friction", "torque_nm": 40.0})
+    loop = hysteresis_loop(rubbing, sense * rubbing.case.torque, 200, before=-sense)
+    columns = {"torque_nm": loop.torque / NEWTON_METRE, "angle_arcmin": loop.angle / ARCMIN}
+    found = gap(rubbing, Measurement("hysteresis", columns, {}))
+    assert np.all(np.isfinite(found.residual[:5]))
+    assert np.nanmax(np.abs(found.residual)) < 1e-6
+
+
+def test_figures_of_a_loop_are_in_arc_minutes(used):
+    loop = hysteresis_loop(used, points=320)
+    found, figures = (
+        evaluate_loop(loop.torque, loop.angle),
+        figures_of(simulate(used, "hysteresis", Settings(points=320))),
+    )
+    assert figures == pytest.approx(
+        {
+            "lost_motion_arcmin": found.lost_motion / ARCMIN,
+            "hysteresis_loss_arcmin": found.hysteresis_loss / ARCMIN,
+            "torsional_rigidity_nm_per_arcmin": found.torsional_rigidity * ARCMIN / NEWTON_METRE,
+            "loss_energy_nm_arcmin": found.loss_energy / ARCMIN / NEWTON_METRE,
+        },
+        rel=1e-9,
+    )
 
 
 def test_figures_of_every_kind_have_their_unit(used):
