@@ -15,6 +15,7 @@ from cycloid_profile.contact.meshing import Meshing
 from cycloid_profile.contact.support import support_model
 from cycloid_profile.effects.built import Built
 from cycloid_profile.geometry.profile import ToothProfile
+from cycloid_profile.geometry.removal import flank_side
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,8 +29,15 @@ class Pattern:
 def removal_between(before: ToothProfile, after: ToothProfile, phase: FloatArray, lobe: FloatArray) -> FloatArray:
     """Material that ``after`` lacks along the normal, in the shape of ``phase`` [mm]; first order.
 
-    Points of the same phase are compared, which takes any change of the curve, whatever it was made by.
+    Points of the same phase are compared, which takes any change of the curve, whatever it was made by; where only
+    removals were added, these are summed.
     """
+    more = len(before.removals)
+    same = after.trochoid == before.trochoid and after.pin_radius == before.pin_radius
+    if same and after.removals[:more] == before.removals:
+        along = phase + 2.0 * np.pi * lobe
+        side = flank_side(phase)
+        return sum((one.jet(along, side, after.trochoid).value for one in after.removals[more:]), np.zeros_like(along))
     old, new = before.at(phase, None, lobe), after.at(phase, None, lobe)
     h: FloatArray = -(np.conj(old.normal) * (new.position - old.position)).real
     return h

@@ -1,0 +1,297 @@
+"""Is there anything beyond the noise, and where: one p-value from many looks at the whitened residual.
+
+Each look is a family of statistics that are standard normal or chi-square where nothing is hidden: sums over windows of rows,
+lobes, phases of a lobe and orders, the whole of a file, and every effect of the library. A family pays for its number, and
+the least p-value pays for the number of families (Bonferroni), so that the chance of a false alarm is at most as stated.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.special import chdtrc, chdtri, chndtr, erfc
+
+from cycloid_profile.arrays import FloatArray
+from cycloid_profile.discrepancy.candidates import Candidate
+from cycloid_profile.discrepancy.normal import Normal, Whitened
+from cycloid_profile.units import DEGREE
+
+FALSE_ALARM = 0.005
+POWER = 0.8
+_WINDOWS = (4, 12, 40, 120)
+_PHASE_BINS = 24
+_LOW_ORDERS = 12
+_MULTIPLES = 6
+# The square of an estimated standard deviation scatters by this over the number of rows.
+_SCATTER = 6.0
+# The simulation errs by its accuracy all over; by more in a wave's amplitude, by still more in a narrow place.
+_WAVE_LIMIT = math.sqrt(2.0)
+_LOCAL_LIMIT = 5.0
+
+
+@dataclass(frozen=True)
+class Finding:
+    """The most striking place of one family in one file.
+
+    ``coordinate`` with its range ``start`` to ``end``; ``amplitude``, mean deviation there in the unit of the file (of an
+    effect its coordinate); ``p_value`` after paying for the number of looks of its own family; ``over_accuracy``, how it
+    compares with what the simulation can be trusted for: below 1 it may be the simulation's own error.
+    """
+
+    file: str
+    unit: str
+    coordinate: str
+    start: float
+    end: float
+    amplitude: float
+    p_value: float
+    over_accuracy: float = math.inf
+
+
+@dataclass(frozen=True)
+class Detection:
+    """All families, the least likely first; ``p_value`` pays for all of them. ``families``, their number."""
+
+    p_value: float
+    families: int
+    findings: tuple[Finding, ...]
+
+    @property
+    def significant(self) -> bool:
+        """Whether chance alone makes this less often than the stated rate of false alarms."""
+        return self.p_value < FALSE_ALARM
+
+    @property
+    def striking(self) -> tuple[Finding, ...]:
+        """Findings that chance does not make and the error of the simulation does not either."""
+        return tuple(
+            f for f in self.findings if _several(f.p_value, self.families) < FALSE_ALARM and f.over_accuracy > 1.0
+        )
+
+
+def detect(
+    blocks: Sequence[Whitened],
+    equations: Normal | None,
+    frequencies: int = 0,
+    fitted: Sequence[FloatArray] | None = None,
+) -> Detection:
+    """Look everywhere. ``fitted`` columns of effects already named, one array a block, count as fitted freely."""
+    findings: list[Finding] = []
+    for i, block in enumerate(blocks):
+        z = block.projected(block.z)
+        if fitted is not None and fitted[i].size:
+            columns = block.projected(fitted[i])
+            z = z - columns @ np.linalg.lstsq(columns, z, rcond=None)[0]
+        findings += _of_block(block, z)
+    if equations is not None:
+        findings += _of_library(equations)
+    if frequencies:
+        findings += [f for block in blocks if block.laid.recording.kind == "profile_scan" for f in _of_chatter(block)]
+    findings.sort(key=lambda f: f.p_value)
+    least = findings[0].p_value if findings else 1.0
+    return Detection(
+        float(-math.expm1(len(findings) * math.log1p(-min(least, 1.0 - 1e-16)))), len(findings), tuple(findings)
+    )
+
+
+def smallest_detectable(equations: Normal, families: int) -> dict[str, tuple[float, str]]:
+    """For each effect the size that is found with 80 % probability, and the name of its parameter.
+
+    Noncentral chi-square at the very threshold that ``detect`` uses; infinite where the files do not show the effect. Of
+    an effect at many places the middle one is taken, of one with a direction the worst.
+    """
+    found: dict[str, list[float]] = {}
+    size_of: dict[str, str] = {}
+    places = _places(equations.candidates)
+    for i, candidate in enumerate(equations.candidates):
+        size_of[candidate.name] = candidate.size
+        found.setdefault(candidate.name, []).append(
+            detectable(candidate, equations.R[2 * i : 2 * i + 2, 2 * i : 2 * i + 2], families * places[candidate.name])
+        )
+    return {name: (float(np.median(sizes)), size_of[name]) for name, sizes in found.items()}
+
+
+def detectable(candidate: Candidate, R: FloatArray, looks: int, power: float = POWER) -> float:
+    """Coordinate of a candidate that is found with ``power`` among so many looks, given its information ``R``."""
+    k = candidate.coordinates
+    information = float(np.linalg.eigvalsh(R[:k, :k])[0])
+    if information < 1e-9:
+        return math.inf
+    limit = float(chdtri(k, FALSE_ALARM / looks))
+    return candidate.width * math.sqrt(_noncentrality(limit, k, power) / information)
+
+
+def _noncentrality(limit: float, k: int, power: float) -> float:
+    low, high = 0.0, 4.0 * (limit + 20.0)
+    for _ in range(80):
+        middle = 0.5 * (low + high)
+        if 1.0 - float(chndtr(limit, k, middle)) < power:
+            low = middle
+        else:
+            high = middle
+    return 0.5 * (low + high)
+
+
+def _places(candidates: Sequence[Candidate]) -> dict[str, int]:
+    counted: dict[str, int] = {}
+    for candidate in candidates:
+        counted[candidate.name] = counted.get(candidate.name, 0) + 1
+    return counted
+
+
+def _of_library(equations: Normal) -> list[Finding]:
+    """The best place of every effect."""
+    places = _places(equations.candidates)
+    best: dict[str, Finding] = {}
+    for i, candidate in enumerate(equations.candidates):
+        k = candidate.coordinates
+        R = equations.R[2 * i : 2 * i + k, 2 * i : 2 * i + k]
+        if float(np.trace(R)) < 1e-6:
+            continue
+        b = equations.b[2 * i : 2 * i + k]
+        u = np.linalg.lstsq(R, b, rcond=1e-9)[0]
+        p = _several(float(chdtrc(k, max(float(u @ b), 0.0))), places[candidate.name])
+        size = float(np.hypot(*np.append(u, 0.0)[:2])) * candidate.width
+        padded = np.append(u, 0.0)[:2]
+        over = equations.contribution([i], padded, 0)
+        found = Finding("", "", f"shape of {candidate.name}", 0.0, 0.0, size, p, over)
+        if candidate.name not in best or p < best[candidate.name].p_value:
+            best[candidate.name] = found
+    return list(best.values())
+
+
+def _of_chatter(block: Whitened) -> list[Finding]:
+    grid, power = chatter_spectrum(block)
+    top = int(np.argmax(power))
+    p = _several(float(np.exp(-0.5 * power[top])), grid.size)
+    recording = block.laid.recording
+    amplitude = math.sqrt(2.0 * float(power[top]) / block.z.size) * recording.noise.sigma
+    over = amplitude / (_WAVE_LIMIT * recording.accuracy)
+    return [Finding(recording.name, "um", "waves per turn", float(grid[top]), float(grid[top]), amplitude, p, over)]
+
+
+def chatter_spectrum(block: Whitened) -> tuple[FloatArray, FloatArray]:
+    """Numbers of waves round the disc, every half, and the fall of chi² by a wave of each."""
+    n = block.z.size
+    highest = 0.45 * block.laid.recording.rows.size
+    grid = np.arange(6.0, 2.0 * highest) / 2.0
+    z = block.projected(block.z)
+    power = np.empty(grid.size)
+    step = block.laid.waves(0.5)
+    wave = block.laid.waves(float(grid[0]))
+    for k in range(grid.size):
+        w = block.white(wave)
+        across = complex(np.sum(w * w))
+        length = float(np.sum(np.abs(w) ** 2))
+        # Sums of squares of cosine and sine, and of their product, from those of the complex wave.
+        cc, ss, cs = 0.5 * (length + across.real), 0.5 * (length - across.real), 0.5 * across.imag
+        along = complex(z @ w)
+        det = max(cc * ss - cs * cs, 1e-9 * n * n)
+        power[k] = (ss * along.real**2 - 2.0 * cs * along.real * along.imag + cc * along.imag**2) / det
+        wave = wave * step
+    return grid, power
+
+
+def _of_block(block: Whitened, z: FloatArray) -> list[Finding]:
+    recording = block.laid.recording
+    position = block.laid.position[block.chosen]
+    n = z.size
+    sigma = recording.noise.sigma
+    base = Finding(recording.name, recording.unit, "file", 0.0, 0.0, 0.0, 1.0)
+    excess = float(z @ z) / n - 1.0
+    rms = sigma * math.sqrt(max(excess, 0.0))
+    p = _tail(excess / math.sqrt((2.0 + _SCATTER) / n))
+    found = [replace(base, amplitude=rms, p_value=p)]
+    for width in _WINDOWS:
+        if n >= 4 * width:
+            found.append(_windows(replace(base, coordinate=_coordinate(recording.kind)), z, position, width, sigma))
+    if recording.kind == "profile_scan":
+        lobes = block.laid.built.case.drive.trochoid.lobes
+        lobe, phase = block.laid.lobe[block.chosen].astype(int), block.laid.phase[block.chosen]
+        found.append(_bins(replace(base, coordinate="lobe"), z, lobe, np.arange(lobes) + 1.0, 0.0, sigma))
+        bins = np.floor((phase / (2.0 * np.pi) % 1.0) * _PHASE_BINS).astype(int) % _PHASE_BINS
+        step = 360.0 / _PHASE_BINS
+        edges = np.arange(_PHASE_BINS) * step
+        edges = np.where(edges >= 180.0, edges - 360.0, edges)
+        found.append(_bins(replace(base, coordinate="psi_deg"), z, bins, edges, step, sigma))
+        t = (position - np.pi) / lobes
+        found.append(_orders(replace(base, coordinate="waves per turn"), block, t, np.arange(1.0, _LOW_ORDERS + 1.0)))
+    elif recording.kind != "hysteresis":
+        trochoid = block.laid.built.case.drive.trochoid
+        multiples = np.arange(1.0, _MULTIPLES + 1.0)
+        orders = np.unique(
+            np.concatenate(
+                [
+                    np.arange(1.0, _LOW_ORDERS + 1.0),
+                    trochoid.lobes * multiples,
+                    trochoid.pins * multiples,
+                    [float(trochoid.lobes * trochoid.pins)],
+                ]
+            )
+        )
+        found.append(_orders(replace(base, coordinate="order"), block, position, orders))
+    limits = {"waves per turn": _WAVE_LIMIT, "order": _WAVE_LIMIT, "psi_deg": 2.0, "file": 1.0}
+    return [
+        replace(f, over_accuracy=abs(f.amplitude) / (limits.get(f.coordinate, _LOCAL_LIMIT) * recording.accuracy))
+        for f in found
+    ]
+
+
+def _coordinate(kind: str) -> str:
+    return {"profile_scan": "lobe", "hysteresis": "row"}.get(kind, "output_angle_deg")
+
+
+def _windows(base: Finding, z: FloatArray, position: FloatArray, width: int, sigma: float) -> Finding:
+    total = np.concatenate([[0.0], np.cumsum(z)])
+    start = np.arange(0, z.size - width + 1, max(width // 2, 1))
+    sums = (total[start + width] - total[start]) / math.sqrt(width)
+    worst = int(np.argmax(np.abs(sums)))
+    p = _several(2.0 * _tail(abs(float(sums[worst]))), start.size)
+    a, b = position[start[worst]], position[min(start[worst] + width, z.size - 1)]
+    scale = {"lobe": 1.0 / (2.0 * np.pi), "row": 1.0}.get(base.coordinate, 1.0 / DEGREE)
+    # Lobe 1 reaches from half a lobe before its root to half a lobe behind it.
+    shift = 1.0 if base.coordinate == "lobe" else 0.0
+    amplitude = float(sums[worst]) / math.sqrt(width) * sigma
+    return replace(base, start=float(a) * scale + shift, end=float(b) * scale + shift, amplitude=amplitude, p_value=p)
+
+
+def _bins(base: Finding, z: FloatArray, number: np.ndarray, starts: FloatArray, step: float, sigma: float) -> Finding:
+    count = np.bincount(number, minlength=starts.size)[: starts.size]
+    sums = np.bincount(number, weights=z, minlength=starts.size)[: starts.size]
+    score = np.where(count > 0, sums / np.sqrt(np.maximum(count, 1)), 0.0)
+    worst = int(np.argmax(np.abs(score)))
+    p = _several(2.0 * _tail(abs(float(score[worst]))), int(np.count_nonzero(count)))
+    amplitude = float(sums[worst]) / max(int(count[worst]), 1) * sigma
+    start = float(starts[worst])
+    return replace(base, start=start, end=start + (step or 1.0), amplitude=amplitude, p_value=p)
+
+
+def _orders(base: Finding, block: Whitened, angle: FloatArray, orders: FloatArray) -> Finding:
+    full = np.zeros((block.laid.residual.size, orders.size))
+    turned = full.copy()
+    full[block.chosen], turned[block.chosen] = np.cos(np.outer(angle, orders)), np.sin(np.outer(angle, orders))
+    z = block.z
+    c, s = block.white(full), block.white(turned)
+    best, p_best, amplitude = 0, 1.0, 0.0
+    for i in range(orders.size):
+        G = np.stack([c[:, i], s[:, i]], axis=1)
+        R, b = block.product(G, G), block.product(G, z)
+        u = np.linalg.lstsq(R, b, rcond=1e-6)[0]
+        p = float(chdtrc(2, max(float(u @ b), 0.0)))
+        if p < p_best or i == 0:
+            best, p_best, amplitude = i, p, float(np.hypot(*u))
+    order = float(orders[best])
+    return replace(base, start=order, end=order, amplitude=amplitude, p_value=_several(p_best, orders.size))
+
+
+def _tail(score: float) -> float:
+    """Upper tail of the standard normal distribution."""
+    return 0.5 * float(erfc(score / math.sqrt(2.0)))
+
+
+def _several(p: float, looks: int) -> float:
+    """Chance that the least of so many looks is as small."""
+    return float(-math.expm1(looks * math.log1p(-min(p, 1.0 - 1e-16))))

@@ -1,0 +1,375 @@
+"""Where measured files and simulation disagree, what effect is missing, how sure that is (docs/diagnosis.md)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from cycloid_profile.arrays import FloatArray
+from cycloid_profile.discrepancy.candidates import Candidate, candidates, chatter
+from cycloid_profile.discrepancy.detection import (
+    FALSE_ALARM,
+    Detection,
+    Finding,
+    chatter_spectrum,
+    detect,
+    smallest_detectable,
+)
+from cycloid_profile.discrepancy.alias import always_alike, cosine
+from cycloid_profile.discrepancy.evidence import ALIAS
+from cycloid_profile.discrepancy.exact import ExactModel, Optimum, State
+from cycloid_profile.discrepancy.laid import Laid
+from cycloid_profile.discrepancy.lobes import counted_alike
+from cycloid_profile.discrepancy.naming import GROUP, Named, Search, linear_evidence, swaps
+from cycloid_profile.discrepancy.normal import Normal, Whitened, coordinates, normal
+from cycloid_profile.discrepancy.plan import separating_measurement
+from cycloid_profile.discrepancy.recording import Recording, hold_all_out, hold_nothing_out, record
+from cycloid_profile.effects.built import Built
+from cycloid_profile.effects.effect import Effect
+from cycloid_profile.measurement.files import Measurement
+
+_LEAST_EVIDENCE = 5.0
+_EXPLAINED = 0.9  # of the gap, for a name beside a remainder
+_REMAINDER = 0.05  # of the first gap
+_CHATTER_PEAKS = 3
+_RESCORED_SWAPS = 4
+
+
+@dataclass(frozen=True, eq=False)
+class NamedEffect:
+    """An effect that was found: the ``candidate`` with its ``coordinates`` and their covariance.
+
+    ``group``, names that the data cannot tell from it, itself first; ``separate_by`` the measurement that would;
+    ``evidence`` ln of how much less likely the data are without it.
+    """
+
+    candidate: Candidate
+    coordinates: FloatArray
+    covariance: FloatArray
+    group: tuple[str, ...]
+    separate_by: str | None
+    evidence: float
+
+    @property
+    def effect(self) -> Effect:
+        """The effect."""
+        found = self.candidate.effect(self.coordinates)
+        assert found is not None
+        return found
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """Its parameters."""
+        return self.candidate.parameters(self.coordinates)
+
+    @property
+    def uncertainty(self) -> dict[str, float]:
+        """Standard deviation of size and angle."""
+        return self.candidate.uncertainty(self.coordinates, self.covariance)
+
+
+@dataclass(frozen=True, eq=False)
+class FileGap:
+    """A recording before and after, rows to fit and rows held out: root mean squares in its unit, chi² per row after.
+
+    ``before`` and ``after`` are the recording laid on the reducer of the spec and on the one with the effects.
+    """
+
+    recording: Recording
+    before: Laid
+    after: Laid
+    fit_before: float
+    fit_after: float
+    held_out_before: float
+    held_out_after: float
+    chi2_per_row: float
+
+    @property
+    def noise(self) -> float:
+        """Standard deviation of the noise."""
+        return self.recording.noise.sigma
+
+    @property
+    def closure(self) -> float | None:
+        """Share of the gap beyond the noise that is gone on held-out rows; None where there was hardly any."""
+        noise2 = self.noise**2
+        gap = self.held_out_before**2 - noise2
+        if gap < 0.05 * noise2:
+            return None
+        return 1.0 - (self.held_out_after**2 - noise2) / gap
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """What came out: ``verdict`` is ``agrees``, ``effects_found`` or ``unknown_effect``.
+
+    ``detection`` before and ``left`` after; ``where``, the striking places before; ``remainder``, what the named effects
+    leave, or None; ``nearest``, for an unknown effect, names of the library that come nearest with the share of the gap
+    that each explains; ``not_seen``, smallest detectable size of every effect with the name of its parameter.
+    """
+
+    built: Built
+    corrected: Built
+    verdict: str
+    effects: tuple[NamedEffect, ...]
+    detection: Detection
+    left: Detection
+    where: tuple[Finding, ...]
+    remainder: Finding | None
+    nearest: tuple[tuple[str, float], ...]
+    not_seen: dict[str, tuple[float, str]]
+    gaps: tuple[FileGap, ...]
+    notes: tuple[str, ...]
+    log_evidence: float
+
+
+def diagnose(
+    built: Built,
+    measurements: Sequence[Measurement],
+    discs: Sequence[int] | None = None,
+    held_out: Sequence[Measurement] = (),
+    tell: Callable[[str], None] = lambda _: None,
+) -> Diagnosis:
+    """Compare measured files with what the rig predicts, and name what is missing.
+
+    Parameters
+    ----------
+    built : the reducer of the spec, with the effects it already holds
+    measurements : files to explain, jointly; one fifth of the rows of each is kept for the check
+    discs : disc of each scan, counted from 0; told from ``specimen`` where None
+    held_out : files that are only used for the check
+    tell : is told of each step
+
+    Raises
+    ------
+    MeasurementError
+        If a file cannot be of this reducer.
+    """
+    tell("reading the files against the simulation")
+    recordings = [record(built, m, _disc(built, m, discs, i)) for i, m in enumerate(measurements)]
+    checks = [hold_all_out(record(built, m, _disc(built, m, None, 0))) for m in held_out]
+    notes = [f"{r.name}: {note}" for r in recordings for note in r.notes]
+    scanned = frozenset(r.disc for r in recordings if r.kind == "profile_scan")
+    curves = any(r.kind != "profile_scan" for r in recordings)
+    library = list(candidates(built, scanned, curves))
+    tell("looking for what is beyond the noise")
+    recordings = counted_alike(built, recordings, library)
+    model = ExactModel(built, recordings)
+    frequencies = 0
+    for block in model.nothing.blocks:
+        if block.laid.recording.kind == "profile_scan":
+            grid, power = chatter_spectrum(block)
+            frequencies = max(frequencies, grid.size)
+            library += [chatter(waves, block.laid.recording.disc + 1) for waves in _peaks(grid, power)]
+    equations = normal(model.nothing.blocks, library)
+    detection = detect(model.nothing.blocks, equations, frequencies)
+    not_seen = smallest_detectable(equations, detection.families)
+    if not detection.striking:
+        below = detection.significant
+        if below:
+            notes.append("what differs is significant but smaller than the simulation can be trusted for")
+        return Diagnosis(
+            built, built, "agrees", (), detection, detection, (), None, (), not_seen,
+            _gaps([*recordings, *checks], model.nothing, built, checks), tuple(notes), 0.0,
+        )  # fmt: skip
+    search = Search(built, recordings, library, max(frequencies, 1), tell)
+    named = search.named()
+    tell("checking what is left")
+    best = named.best
+    left = _left(best, frequencies, search)
+    first, after = model.nothing.chi2, best.state.chi2
+    rows = sum(block.z.size for block in best.state.blocks)
+    explained = (first - after) / max(first - rows, 1e-9)
+    worst = _worst_left(left, model.nothing, best.state)
+    right = best.log_evidence >= _LEAST_EVIDENCE and bool(best.members)
+    if right and (worst is None or explained > _EXPLAINED):
+        effects = _effects(built, recordings, search, named, tell)
+        corrected = _with(built, effects)
+        verdict = "effects_found"
+    else:
+        effects, corrected, verdict = (), built, "unknown_effect"
+        worst = worst or detection.striking[0]
+    final = ExactModel(corrected, recordings).nothing if effects else model.nothing
+    nearest = () if effects else _nearest(equations)
+    return Diagnosis(
+        built, corrected, verdict, effects, detection, left, _places(detection), worst, nearest, not_seen,
+        _gaps([*recordings, *checks], model.nothing, corrected, checks, final), tuple(notes), best.log_evidence,
+    )  # fmt: skip
+
+
+def _disc(built: Built, measurement: Measurement, discs: Sequence[int] | None, number: int) -> int:
+    if discs is not None:
+        return discs[number]
+    digits = "".join(filter(str.isdigit, measurement.keys.get("specimen", "")))
+    return int(digits) - 1 if digits and 1 <= int(digits) <= built.discs else 0
+
+
+def _peaks(grid: FloatArray, power: FloatArray) -> list[float]:
+    """The strongest numbers of waves, no two of one peak."""
+    found: list[float] = []
+    for i in np.argsort(power)[::-1][:200]:
+        if all(abs(grid[i] - other) > 2.0 for other in found):
+            found.append(float(grid[i]))
+        if len(found) == _CHATTER_PEAKS:
+            break
+    return found
+
+
+def _left(best: Optimum, frequencies: int, search: Search) -> Detection:
+    """Detection on what the best set leaves, its own columns free."""
+    if not best.members:
+        return detect(best.state.blocks, None, frequencies)
+    fitted = [block.columns(best.members) for block in best.state.blocks]
+    del search
+    return detect(best.state.blocks, None, frequencies, fitted)
+
+
+def _worst_left(left: Detection, before: State, after: State) -> Finding | None:
+    """The most striking thing left over that is neither noise nor the error of the simulation nor a twentieth."""
+    for finding in left.striking:
+        for laid, block in zip(before.laid, before.blocks, strict=True):
+            if laid.recording.name != finding.file:
+                continue
+            z = block.projected(block.z)
+            gap = laid.recording.noise.sigma * float(np.sqrt(np.mean(z**2)))
+            if abs(finding.amplitude) > _REMAINDER * gap:
+                return finding
+    del after
+    return None
+
+
+def _effects(
+    built: Built, recordings: Sequence[Recording], search: Search, named: Named, tell: Callable[[str], None]
+) -> tuple[NamedEffect, ...]:
+    """Members of the best set with sizes from all rows, and what could stand in place of each."""
+    tell("sizes from all rows, and what could stand in their place")
+    everything = ExactModel(built, [hold_nothing_out(r) for r in recordings])
+    best = named.best
+    final = everything.optimum(best.members, best.u, search.prior, steps=3) or best
+    about = normal(final.state.blocks, search.library)
+    found = []
+    for i, member in enumerate(best.members):
+        group = _group(search, named, about, i, tell)
+        by = separating_measurement(built, recordings, member, [c for c in group if c.name != member.name], tell)
+        without = [c for j, c in enumerate(best.members) if j != i]
+        found.append(
+            NamedEffect(
+                member,
+                final.coordinates(i),
+                final.covariance_of(i),
+                tuple(dict.fromkeys([member.name, *(c.name for c in group)])),
+                by,
+                best.log_evidence - _evidence_of(named, search, without),
+            )
+        )
+    return tuple(found)
+
+
+def _evidence_of(named: Named, search: Search, members: Sequence[Candidate]) -> float:
+    """Evidence of a set, exact if it was rescored, else linear about the best."""
+    wanted = {id(m) for m in members}
+    for optimum in named.rescored:
+        if {id(m) for m in optimum.members} == wanted:
+            return optimum.log_evidence
+    places = [next(i for i, c in enumerate(search.library) if c is m) for m in members]
+    mine = linear_evidence(named.equations, named.priors, search.places(named.best))
+    return named.best.log_evidence - mine + linear_evidence(named.equations, named.priors, places)
+
+
+def _group(search: Search, named: Named, about: Normal, member: int, tell: Callable[[str], None]) -> list[Candidate]:
+    """Candidates of other names that could stand in place of a member: aliases, and sets as likely when rescored."""
+    best = named.best
+    mine = best.members[member]
+    found: dict[str, Candidate] = {}
+    place = search.places(best)[member]
+    for i, candidate in enumerate(search.library):
+        if (
+            candidate.name != mine.name
+            and cosine(about, place, i) > ALIAS
+            and always_alike(search.built, mine, candidate)
+        ):
+            found.setdefault(candidate.name, candidate)
+    others = [m for j, m in enumerate(best.members) if j != member]
+    tried = 0
+    for i, less in swaps(named, search, member):
+        candidate = search.library[i]
+        if candidate.name in found or candidate.name == mine.name or tried >= _RESCORED_SWAPS:
+            continue
+        if less > GROUP + 5.0:
+            break
+        tried += 1
+        tell(f"could it be {candidate.name}?")
+        members = [*others, candidate]
+        optimum = search.model.optimum(members, search.start(named, members), search.prior, steps=4)
+        if optimum and not optimum.implausible and optimum.log_evidence > best.log_evidence - GROUP:
+            found[candidate.name] = candidate
+    return list(found.values())
+
+
+def _with(built: Built, effects: Sequence[NamedEffect]) -> Built:
+    for one in effects:
+        built = one.effect.apply(built)
+    return built
+
+
+def _nearest(equations: Normal) -> tuple[tuple[str, float], ...]:
+    """What of the library comes nearest, with the share of the gap that each explains alone."""
+    best: dict[str, float] = {}
+    gap = max(equations.chi2 - equations.rows, 1e-9)
+    for i, candidate in enumerate(equations.candidates):
+        where = coordinates([i])
+        b, R = equations.b[where], equations.R[np.ix_(where, where)]
+        fall = float(b @ np.linalg.lstsq(R, b, rcond=1e-9)[0])
+        best[candidate.name] = max(best.get(candidate.name, 0.0), min(fall / gap, 1.0))
+    return tuple(sorted(best.items(), key=lambda item: -item[1])[:3])
+
+
+def _places(detection: Detection) -> tuple[Finding, ...]:
+    """One finding for each file and coordinate, effects of the library left out."""
+    seen: set[tuple[str, str]] = set()
+    found = []
+    for finding in detection.striking:
+        key = (finding.file, finding.coordinate)
+        if finding.file and finding.coordinate != "file" and key not in seen:
+            seen.add(key)
+            found.append(finding)
+    return tuple(found) or tuple(f for f in detection.striking if f.file)
+
+
+def _gaps(
+    recordings: Sequence[Recording],
+    before: State,
+    corrected: Built,
+    checks: Sequence[Recording],
+    after: State | None = None,
+) -> tuple[FileGap, ...]:
+    first = [*before.laid, *(Laid(r, before.built) for r in checks)]
+    if after is None:
+        last = first
+    else:
+        last = [*after.laid, *(Laid(r, corrected) for r in checks)]
+    return tuple(_gap(r, a, b) for r, a, b in zip(recordings, first, last, strict=True))
+
+
+def _gap(recording: Recording, before: Laid, after: Laid) -> FileGap:
+    values = [_rms(laid, held) for held in (False, True) for laid in (before, after)]
+    fit_before, fit_after, held_before, held_after = values
+    block = Whitened(after, held_out=bool(np.all(recording.held_out)))
+    chi2 = block.chi2 / max(block.z.size, 1)
+    return FileGap(recording, before, after, fit_before, fit_after, held_before, held_after, chi2)
+
+
+def _rms(laid: Laid, held_out: bool) -> float:
+    """Root mean square of the residual once the nuisances are fitted to these very rows; NaN without rows."""
+    block = Whitened(laid, held_out)
+    if not block.z.size:
+        return float("nan")
+    plain = replace(laid.recording.noise, rho=0.0)
+    rows = laid.residual[block.chosen]
+    A = laid.nuisance[block.chosen]
+    gram = np.eye(A.shape[1]) + A.T @ A / plain.sigma**2
+    fitted = A @ np.linalg.solve(gram, A.T @ rows / plain.sigma**2)
+    return float(np.sqrt(np.mean((rows - fitted) ** 2)))

@@ -1,0 +1,133 @@
+"""How much more likely the data are with some effects than with none (docs/theory.md, Eq. 53).
+
+    ln B = ½ bᵀ(1 + R)⁻¹b − ½ ln|1 + R| + Σ [ln π/(1 − π) − ln N]
+
+with coordinates in units of their prior widths, π the chance that an effect is there and N the places it could be at.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from cycloid_profile.arrays import FloatArray, IntArray
+from cycloid_profile.discrepancy.candidates import Candidate
+from cycloid_profile.discrepancy.normal import Normal, coordinates
+
+CHANCE = 0.05
+_LEADERS = 40
+_IMPLAUSIBLE = 3.5
+_INVISIBLE = 0.01  # (standard deviations)² that a whole width of an effect shows
+ALIAS = 0.999  # cosine above which no data of these kinds tell two effects apart
+
+
+@dataclass(frozen=True)
+class Scored:
+    """A set of candidates, by number, with its evidence against no effect."""
+
+    members: tuple[int, ...]
+    log_evidence: float
+
+
+def log_priors(candidates: Sequence[Candidate], frequencies: int = 1) -> FloatArray:
+    """ln π/(1 − π) − ln N of every candidate; ``frequencies``, how many chatter could have."""
+    places = Counter(candidate.name for candidate in candidates)
+    places["grinding_chatter"] = frequencies
+    odds = math.log(CHANCE / (1.0 - CHANCE))
+    return np.array([odds - math.log(places[candidate.name]) for candidate in candidates])
+
+
+def search(equations: Normal, priors: FloatArray, deepest: int = 3, keep: Sequence[int] = ()) -> list[Scored]:
+    """All singles and pairs, and triples of the leading pairs with everything, best first.
+
+    Of candidates of one name that show alike only the first takes part, or the one in ``keep``.
+    """
+    visible = _unlike(equations, keep)
+    if not visible.size:
+        return []
+    singles = visible[:, np.newaxis]
+    scored = _scores(equations, priors, singles)
+    if visible.size > 1 and deepest > 1:
+        pairs = np.array(list(combinations(visible.tolist(), 2)), dtype=np.intp)
+        pairs = _of_different_names(equations, pairs)
+        scored += _scores(equations, priors, pairs)
+    best = sorted(scored, key=lambda s: -s.log_evidence)
+    if deepest > 2 and visible.size > 2:
+        leading = [s.members for s in best if len(s.members) == 2][:_LEADERS]
+        triples = {tuple(sorted((*pair, int(i)))) for pair in leading for i in visible if i not in pair}
+        if triples:
+            chosen = _of_different_names(equations, np.array(sorted(triples), dtype=np.intp))
+            best = sorted(best + _scores(equations, priors, chosen), key=lambda s: -s.log_evidence)
+    return best
+
+
+def estimate(equations: Normal, members: Sequence[int]) -> tuple[FloatArray, FloatArray]:
+    """Coordinates of ``members`` in units of their widths, and their covariance."""
+    where = coordinates(members)
+    covariance = np.linalg.inv(np.eye(where.size) + equations.R[np.ix_(where, where)])
+    return covariance @ equations.b[where], covariance
+
+
+def log_evidence_at(fall: float, u: FloatArray, R: FloatArray, prior: float) -> float:
+    """Evidence of an exact optimum: ``fall`` of chi², coordinates ``u``, curvature ``R``."""
+    _, log_det = np.linalg.slogdet(np.eye(u.size) + R)
+    return 0.5 * (fall - float(u @ u)) - 0.5 * float(log_det) + prior
+
+
+def _unlike(equations: Normal, keep: Sequence[int]) -> IntArray:
+    """Candidates that show at all, those left out that show like an earlier one of their name."""
+    n = len(equations.candidates)
+    blocks = equations.R.reshape(n, 2, n, 2)
+    own = np.einsum("icid->icd", blocks)
+    size = own[:, 0, 0] + own[:, 1, 1]
+    visible = np.flatnonzero(size > _INVISIBLE)
+    order = [*keep, *(int(i) for i in visible if i not in set(keep))]
+    chosen: list[int] = []
+    for i in order:
+        twins = [j for j in chosen if equations.candidates[j].name == equations.candidates[i].name]
+        if not any(_alike(blocks, own, i, j) for j in twins):
+            chosen.append(i)
+    return np.array(sorted(chosen), dtype=np.intp)
+
+
+def _alike(blocks: FloatArray, own: FloatArray, i: int, j: int) -> bool:
+    """Whether all that one candidate shows the other can show too, and the other way round."""
+    cross = blocks[i, :, j, :]
+    if abs(own[i].trace() - own[j].trace()) > 0.02 * own[i].trace():
+        return False
+    left = own[i] - cross @ np.linalg.pinv(own[j], rcond=1e-9) @ cross.T
+    return bool(left.trace() < 2.0 * (1.0 - ALIAS) * own[i].trace())
+
+
+def _of_different_names(equations: Normal, sets: IntArray) -> IntArray:
+    """Without sets that name an effect twice: one effect at one place is the simpler story."""
+    names = {name: i for i, name in enumerate(sorted({c.name for c in equations.candidates}))}
+    of = np.array([names[c.name] for c in equations.candidates])
+    twice = np.zeros(len(sets), dtype=bool)
+    for i, j in combinations(range(sets.shape[1]), 2):
+        twice |= of[sets[:, i]] == of[sets[:, j]]
+    kept: IntArray = sets[~twice]
+    return kept
+
+
+def _scores(equations: Normal, priors: FloatArray, sets: IntArray) -> list[Scored]:
+    """Evidence of sets of one size, shape (sets, size), those left out that no workshop makes."""
+    if not len(sets):
+        return []
+    count, size = sets.shape
+    where = (2 * sets[:, :, np.newaxis] + np.arange(2)).reshape(count, 2 * size)
+    b = equations.b[where]
+    B = np.eye(2 * size) + equations.R[where[:, :, np.newaxis], where[:, np.newaxis, :]]
+    u = np.linalg.solve(B, b[..., np.newaxis])[..., 0]
+    _, log_det = np.linalg.slogdet(B)
+    value = 0.5 * np.sum(b * u, axis=1) - 0.5 * log_det + priors[sets].sum(axis=1)
+    parts = u.reshape(count, size, 2)
+    one_sided = np.array([c.one_sided for c in equations.candidates])
+    allowed = np.all(np.hypot(parts[..., 0], parts[..., 1]) <= _IMPLAUSIBLE, axis=1)
+    allowed &= ~np.any(one_sided[sets] & (parts[..., 0] <= 0.0), axis=1)
+    return [Scored(tuple(int(i) for i in row), float(v)) for row, v, ok in zip(sets, value, allowed, strict=True) if ok]

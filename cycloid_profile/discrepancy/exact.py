@@ -1,0 +1,166 @@
+"""Sizes of a set of effects on the exact model: least squares with priors, linearised anew at each step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from cycloid_profile.arrays import FloatArray
+from cycloid_profile.discrepancy.candidates import Candidate
+from cycloid_profile.discrepancy.evidence import log_evidence_at
+from cycloid_profile.discrepancy.laid import Laid
+from cycloid_profile.discrepancy.normal import Whitened, normal
+from cycloid_profile.discrepancy.recording import Recording
+from cycloid_profile.effects.built import Built
+from cycloid_profile.errors import CycloidError
+
+_STEPS = 8
+_HALVINGS = 3
+_LONGEST = 1.0
+_FARTHEST = 4.0  # widths: no workshop makes that, and the equilibrium may not exist
+_ENOUGH = 0.02  # of chi²: a step that gains less is the last
+# A row without a prediction counts like one this many standard deviations off.
+_NO_ANSWER = 50.0
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """The reducer with some effects, and the recordings laid on it."""
+
+    built: Built
+    laid: tuple[Laid, ...]
+
+    @cached_property
+    def blocks(self) -> tuple[Whitened, ...]:
+        """Rows to fit."""
+        return tuple(Whitened(one) for one in self.laid)
+
+    @cached_property
+    def chi2(self) -> float:
+        """Of all rows to fit, nuisances marginalised."""
+        lost = sum(int(np.count_nonzero(~np.isfinite(one.residual) & ~one.recording.held_out)) for one in self.laid)
+        return sum(block.chi2 for block in self.blocks) + _NO_ANSWER**2 * lost
+
+
+@dataclass(frozen=True, eq=False)
+class Optimum:
+    """The best sizes of a set of ``members``: coordinates ``u`` in units of widths, two a member, with covariance.
+
+    ``R`` is the curvature of chi² there; ``log_evidence`` against no effect. ``settled`` if the steps ended small.
+    """
+
+    members: tuple[Candidate, ...]
+    u: FloatArray
+    covariance: FloatArray
+    R: FloatArray
+    state: State
+    log_evidence: float
+    settled: bool
+
+    def coordinates(self, i: int) -> FloatArray:
+        """Coordinates of member ``i`` in its own unit."""
+        return self.u[2 * i : 2 * i + 2] * self.members[i].width
+
+    def covariance_of(self, i: int) -> FloatArray:
+        """Their covariance."""
+        return self.covariance[2 * i : 2 * i + 2, 2 * i : 2 * i + 2] * self.members[i].width ** 2
+
+    @property
+    def implausible(self) -> bool:
+        """Whether a size is one that no workshop makes."""
+        sizes = np.hypot(self.u[0::2], self.u[1::2])
+        return any(size * c.width > c.implausible for size, c in zip(sizes, self.members, strict=True))
+
+
+def _bounded(step: FloatArray) -> FloatArray:
+    """The step, no coordinate of it larger than one width: further off the linear model says nothing."""
+    largest = float(np.max(np.abs(step), initial=0.0))
+    return step / max(largest / _LONGEST, 1.0)
+
+
+class ExactModel:
+    """Recordings beside a reducer that may get effects; equilibria already found are kept."""
+
+    def __init__(self, built: Built, recordings: Sequence[Recording]) -> None:
+        self.built, self.recordings = built, tuple(recordings)
+        self._nothing: State | None = None
+
+    @property
+    def nothing(self) -> State:
+        """The reducer as it is."""
+        if self._nothing is None:
+            self._nothing = self._lay(self.built)
+        return self._nothing
+
+    def state(self, members: Sequence[Candidate], u: FloatArray) -> State | None:
+        """With effects at coordinates ``u``; None where they or the reducer with them cannot be."""
+        built = self.built
+        try:
+            for i, candidate in enumerate(members):
+                if float(np.hypot(u[2 * i], u[2 * i + 1])) > _FARTHEST:
+                    return None
+                effect = candidate.effect(u[2 * i : 2 * i + 2] * candidate.width)
+                if effect is None:
+                    return None
+                built = effect.apply(built)
+            return self._lay(built)
+        except CycloidError:
+            return None
+
+    def optimum(
+        self,
+        members: Sequence[Candidate],
+        start: FloatArray,
+        prior: Callable[[Sequence[Candidate]], float],
+        steps: int = _STEPS,
+    ) -> Optimum | None:
+        """Best sizes from ``start``, shape (2·members,); None where there is no way to begin."""
+        members, u = tuple(members), np.array(start, dtype=np.float64)
+        for i, candidate in enumerate(members):
+            if candidate.one_sided:
+                u[2 * i] = max(u[2 * i], 1e-3)
+        now = self.state(members, u)
+        if now is None:
+            return None
+        settled = False
+        R = np.zeros((u.size, u.size))
+        if not members:
+            settled, steps = True, 0
+        for _ in range(steps):
+            equations = normal(now.blocks, members)
+            R = equations.R
+            step = _bounded(np.linalg.solve(np.eye(u.size) + R, equations.b - u))
+            expected = float(step @ (equations.b - u))
+            if expected < _ENOUGH:
+                settled = True
+                break
+            new = self._shorter(members, u, step, now)
+            if new is None:
+                break
+            u, now = new
+        fall = self.nothing.chi2 - now.chi2
+        value = log_evidence_at(fall, u, R, prior(members))
+        return Optimum(members, u, np.linalg.inv(np.eye(u.size) + R), R, now, value, settled)
+
+    def _shorter(
+        self, members: tuple[Candidate, ...], u: FloatArray, step: FloatArray, now: State
+    ) -> tuple[FloatArray, State] | None:
+        """The step, halved until it gains."""
+        before = now.chi2 + float(u @ u)
+        share = 1.0
+        for _ in range(_HALVINGS):
+            tried = u + share * step
+            for i, candidate in enumerate(members):
+                if candidate.one_sided:
+                    tried[2 * i] = max(tried[2 * i], 0.1 * u[2 * i])
+            state = self.state(members, tried)
+            if state is not None and state.chi2 + float(tried @ tried) < before:
+                return tried, state
+            share *= 0.4
+        return None
+
+    def _lay(self, built: Built) -> State:
+        return State(built, tuple(Laid(recording, built) for recording in self.recordings))

@@ -1,0 +1,98 @@
+"""A recording laid on a reducer: residual, what no measurement can know, and what each hypothesis would add."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from cycloid_profile.arrays import BoolArray, ComplexArray, FloatArray
+from cycloid_profile.discrepancy.candidates import Candidate
+from cycloid_profile.discrepancy.recording import Recording
+from cycloid_profile.effects.built import Built
+from cycloid_profile.effects.pattern import removal_between
+from cycloid_profile.rig.first_order import FirstOrder
+from cycloid_profile.rig.gap import COLUMN
+from cycloid_profile.rig.prediction import predict_curve
+from cycloid_profile.rig.registration import place_scan
+from cycloid_profile.units import DEGREE, UM
+
+# Prior widths of what the measurement cannot know, in the unit of the column.
+DATUM_ACCURACY_UM = 0.1  # origin of a scan whose datum is the bore
+_UNKNOWN = 1e6
+_DRIFT = {"hysteresis": 0.002, "transmission_error": 0.02, "lost_motion_map": 0.0005}
+_STEP = 1e-3  # of the width of a coordinate
+
+
+class Laid:
+    """A recording beside a reducer; arrays over the rows of the recording, in the unit of its column.
+
+    ``residual`` measured minus predicted (removal of a scan), NaN where the reducer has no prediction; ``nuisance`` shape
+    (rows, n), each column scaled by its prior width.
+    """
+
+    def __init__(self, recording: Recording, built: Built) -> None:
+        self.recording, self.built = recording, built
+        rows, measurement = recording.rows, recording.measurement
+        if recording.kind == "profile_scan":
+            keep = np.zeros(measurement["x_mm"].size, dtype=bool)
+            keep[rows] = True
+            self.placed = place_scan(built.teeth[recording.disc], measurement, keep, recording.placed)
+            self.residual = self.placed.removal[rows] / UM
+            stated = measurement.number("datum_um")
+            datum = DATUM_ACCURACY_UM if stated is None else stated
+            origin = _UNKNOWN if measurement.keys.get("datum", "bore") == "free" else datum
+            normal = self.placed.normal[rows]
+            lever = self.placed.lever[rows] / self.placed.tooth.trochoid.pin_circle_radius
+            self.nuisance = np.stack([_UNKNOWN * lever, origin * normal.real, origin * normal.imag], axis=1)
+            self.phase, self.lobe = self.placed.foot[rows], self.placed.lobe[rows]
+            self.position = np.mod(self.placed.along[rows] + np.pi, self.placed.tooth.trochoid.phase_period)
+        else:
+            prediction = predict_curve(built, measurement)
+            self.first_order = FirstOrder(prediction)
+            self.residual = (measurement[COLUMN[recording.kind]] - prediction.value)[rows]
+            ramp = np.linspace(-1.0, 1.0, rows.size)
+            columns = [_DRIFT[recording.kind] * ramp]
+            if recording.kind != "lost_motion_map":
+                columns.append(np.full(rows.size, _UNKNOWN))
+            self.nuisance = np.stack(columns, axis=1)
+            self.position = (
+                np.arange(float(rows.size))
+                if recording.kind == "hysteresis"
+                else measurement["output_angle_deg"][rows] * DEGREE
+            )
+
+    def columns(self, candidate: Candidate, at: Sequence[float] = (0.0, 0.0)) -> FloatArray:
+        """What the prediction gains per unit of each coordinate about ``at``, shape (rows, coordinates).
+
+        ``built`` is without the effect where ``at`` is zero, and has it at the end of its effects otherwise.
+        """
+        found = []
+        for c in range(candidate.coordinates):
+            step = np.zeros(2)
+            step[c] = _STEP * candidate.width
+            effect = candidate.effect(step)
+            assert effect is not None
+            after = effect.apply(self.built)
+            found.append(self._change(after) / step[c])
+        return np.stack(found, axis=1)
+
+    def waves(self, number: float) -> ComplexArray:
+        """exp(i·number·t) along the disc of a scan, shape (rows,)."""
+        # Numbers that do not come out even jump where the effect lets them jump: at the tip before lobe 0.
+        t = self.position - np.pi
+        wave: ComplexArray = np.exp(1j * number * t / self.placed.tooth.trochoid.lobes)
+        return wave
+
+    def _change(self, after: Built) -> FloatArray:
+        if self.recording.kind != "profile_scan":
+            return self.first_order.change(after)[self.recording.rows]
+        before, new = self.built.teeth[self.recording.disc], after.teeth[self.recording.disc]
+        if new is before:
+            return np.zeros(self.residual.size)
+        return removal_between(before, new, self.phase, self.lobe) / UM
+
+
+def compared(laid: Laid) -> BoolArray:
+    """Rows that can be compared at all."""
+    return np.isfinite(laid.residual)

@@ -1,0 +1,242 @@
+"""Which effects explain the data best: evidence of all singles, pairs and leading triples, rescored on the exact model.
+
+Linear evidence explains its own error with one effect more, so the search starts anew about each optimum of the exact
+model until the best set stays the best.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from cycloid_profile.arrays import FloatArray
+from cycloid_profile.discrepancy.candidates import Candidate
+from cycloid_profile.discrepancy.evidence import estimate, log_priors, search
+from cycloid_profile.discrepancy.exact import ExactModel, Optimum
+from cycloid_profile.discrepancy.normal import Normal, coordinates, normal
+from cycloid_profile.discrepancy.recording import Recording
+from cycloid_profile.discrepancy.thinning import thinned
+from cycloid_profile.effects.built import Built
+from cycloid_profile.effects.effect import Place
+
+_ROUNDS = 6
+_FINAL_ROUNDS = 2
+_COARSE_ROWS = 240
+_FEW_ROWS = 480
+_MANY_ROWS = 10**9
+# Gain in chi² above which the effects are so large that few rows name them.
+_LARGE = 4000.0
+_WEAK = 60.0  # below this gain everything is linear
+_STARTS = 8
+_FINALISTS = 3
+_CLOSE = 8.0
+LEAST_CONTRIBUTION = 1.0  # times the accuracy of the simulation
+GROUP = 3.0  # difference of ln B within which sets cannot be told apart
+
+
+@dataclass(frozen=True, eq=False)
+class Named:
+    """The best set with the equations linearised about it, told from zero, and all sets rescored, best first."""
+
+    best: Optimum
+    equations: Normal
+    priors: FloatArray
+    rescored: tuple[Optimum, ...]
+
+
+class Search:
+    """A search of the best set of effects for some recordings."""
+
+    def __init__(
+        self,
+        built: Built,
+        recordings: Sequence[Recording],
+        library: Sequence[Candidate],
+        frequencies: int,
+        tell: Callable[[str], None],
+    ) -> None:
+        self.library, self.tell, self.frequencies = tuple(library), tell, frequencies
+        self.priors = log_priors(self.library, frequencies)
+        self._prior_of = dict(zip((id(c) for c in self.library), self.priors, strict=True))
+        self.model = ExactModel(built, recordings)
+        self.built, self.recordings = built, tuple(recordings)
+
+    def named(self) -> Named:
+        """The best set."""
+        equations = normal(self.model.nothing.blocks, self.library)
+        first = search(equations, self.priors)
+        starts = [(list(s.members), estimate(equations, s.members)[0]) for s in first[:1]]
+        gain = 2.0 * first[0].log_evidence if first else 0.0
+        best = self._empty(self.model)
+        if gain > _WEAK:
+            # Large effects are named on few rows, small ones beside them on all rows afterwards.
+            few = _FEW_ROWS if gain > _LARGE else _MANY_ROWS
+            coarse = ExactModel(self.built, [thinned(r, few) for r in self.recordings])
+            starts += self._singles(equations, gain)
+            found = self._climbed(coarse, starts, _ROUNDS)
+            starts = [(self.places(o), o.u) for o in found[:1]]
+        self.tell("rescoring on the exact model with all rows")
+        found = self._climbed(self.model, starts, _FINAL_ROUNDS)
+        best = next((o for o in found if o.log_evidence > 0.0 and self._contributing(o)), best)
+        return Named(best, self._about(best), self.priors, tuple(found))
+
+    def _climbed(self, model: ExactModel, starts: Sequence[tuple[list[int], FloatArray]], rounds: int) -> list[Optimum]:
+        """Sets rescored, best first, the search begun anew about each best set."""
+        found: dict[tuple[int, ...], Optimum] = {}
+        best = self._rescored(model, starts, found, self._empty(model))
+        for number in range(rounds):
+            self.tell(f"search about the best set so far, round {number + 1}")
+            about = self._about(best)
+            proposals = search(about, self.priors, keep=self.places(best))
+            if not proposals:
+                break
+            close = [s for s in proposals[:40] if s.log_evidence > proposals[0].log_evidence - _CLOSE]
+            new = [s for s in close if tuple(sorted(s.members)) not in found]
+            starts = [(list(s.members), estimate(about, s.members)[0]) for s in new]
+            starts = [start for start in starts if _all_contribute(about, *start)][:_FINALISTS]
+            challenger = self._rescored(model, starts, found, best)
+            if not challenger.log_evidence > best.log_evidence + 0.05:
+                break
+            best = challenger
+        return sorted(found.values(), key=lambda o: -o.log_evidence)
+
+    def places(self, optimum: Optimum) -> list[int]:
+        """Numbers of its members in the library."""
+        return [next(i for i, c in enumerate(self.library) if c is member) for member in optimum.members]
+
+    def start(self, named: Named, members: Sequence[Candidate]) -> FloatArray:
+        """Where to begin with another set, from the equations about the best."""
+        places = [next(i for i, c in enumerate(self.library) if c is member) for member in members]
+        return estimate(named.equations, places)[0]
+
+    def prior(self, members: Sequence[Candidate]) -> float:
+        """Sum of the log priors."""
+        return float(sum(self._prior_of[id(member)] for member in members))
+
+    def _contributing(self, optimum: Optimum) -> bool:
+        members = [self.library[i] for i in self.places(optimum)]
+        equations = normal(optimum.state.blocks, members)
+        return _all_contribute(equations, list(range(len(members))), optimum.u)
+
+    def _empty(self, model: ExactModel) -> Optimum:
+        none = np.zeros(0)
+        return Optimum((), none, np.zeros((0, 0)), np.zeros((0, 0)), model.nothing, 0.0, True)
+
+    def _about(self, optimum: Optimum) -> Normal:
+        return normal(optimum.state.blocks, self.library).about(self.places(optimum), optimum.u)
+
+    def _rescored(
+        self,
+        model: ExactModel,
+        starts: Sequence[tuple[list[int], FloatArray]],
+        found: dict[tuple[int, ...], Optimum],
+        best: Optimum,
+    ) -> Optimum:
+        for members, u in starts:
+            key = tuple(sorted(members))
+            if key in found:
+                continue
+            optimum = model.optimum([self.library[i] for i in members], u, self.prior)
+            if optimum is None or optimum.implausible:
+                continue
+            found[key] = optimum
+            if optimum.log_evidence > best.log_evidence:
+                best = optimum
+        return best
+
+    def _singles(self, equations: Normal, gain: float) -> list[tuple[list[int], FloatArray]]:
+        """Starts from single effects of the leading names, on few rows of the exact model."""
+        coarse = ExactModel(self.built, [thinned(r, _COARSE_ROWS) for r in self.recordings])
+        singles: dict[str, tuple[list[int], FloatArray]] = {}
+        for scored in search(equations, self.priors, 1):
+            name = self.library[scored.members[0]].name
+            if name not in singles and scored.log_evidence > 0.0:
+                singles[name] = (list(scored.members), estimate(equations, scored.members)[0])
+        starts = list(singles.values())[:_STARTS]
+        starts += self._second_order(coarse, gain)
+        optima = []
+        for number, (members, u) in enumerate(starts, 1):
+            self.tell(f"single effects on the exact model, {number} of {len(starts)}")
+            optimum = coarse.optimum([self.library[i] for i in members], u, self.prior, steps=4)
+            if optimum is not None and not optimum.implausible:
+                optima.append((optimum.log_evidence, members, optimum.u))
+        optima.sort(key=lambda o: -o[0])
+        return [(members, u) for value, members, u in optima[:2] if value > 0.0]
+
+    def _second_order(self, coarse: ExactModel, gain: float) -> list[tuple[list[int], FloatArray]]:
+        """Starts for what all discs or pins share: to first order it cancels, what is left turns with twice its angle."""
+        if not any(r.kind in {"transmission_error", "lost_motion_map"} for r in self.recordings):
+            return []
+        found = []
+        nothing = coarse.nothing
+        for i, candidate in enumerate(self.library):
+            alike = candidate.kind.place is Place.RING or candidate.choice.get("disc", 0) is None
+            if candidate.angle is None or not alike or candidate.kind.place is Place.SENSOR:
+                continue
+            shown = []
+            for angle in np.deg2rad([0.0, 90.0, 45.0, 135.0]):
+                state = coarse.state([candidate], 0.5 * np.array([np.cos(angle), np.sin(angle)]))
+                if state is None:
+                    break
+                shown.append(
+                    np.concatenate([a.residual - b.residual for a, b in zip(nothing.laid, state.laid, strict=True)])
+                )
+            if len(shown) < 4:
+                continue
+            even, first, second = 0.25 * sum(shown), 0.5 * (shown[0] - shown[1]), 0.5 * (shown[2] - shown[3])
+            drop, y = _fall(nothing.blocks, np.stack([first, second, even], axis=1))
+            full = sum(block.z.size for block in coarse.nothing.blocks)
+            share = full / max(sum(int(np.count_nonzero(~r.held_out)) for r in self.recordings), 1)
+            if drop < 0.2 * gain * share:
+                continue
+            size = 0.5 * min(max(float(np.hypot(y[0], y[1])), 0.05) ** 0.7, 4.0)
+            angle = 0.5 * float(np.arctan2(y[1], y[0]))
+            found.append((drop, [i], size * np.array([np.cos(angle), np.sin(angle)])))
+        found.sort(key=lambda f: -f[0])
+        return [(members, u) for _, members, u in found[:3]]
+
+
+def _all_contribute(equations: Normal, members: list[int], u: FloatArray) -> bool:
+    """Whether every member explains more than the simulation may err by."""
+    return all(equations.contribution(members, u, i) >= LEAST_CONTRIBUTION for i in range(len(members)))
+
+
+def _fall(blocks: Sequence, columns: FloatArray) -> tuple[float, FloatArray]:
+    """Fall of chi² by free amounts of ``columns`` over all rows of all recordings, and the amounts."""
+    b, R, at = np.zeros(columns.shape[1]), np.zeros((columns.shape[1],) * 2), 0
+    for block in blocks:
+        rows = block.laid.residual.size
+        G = block.white(np.nan_to_num(columns[at : at + rows]))
+        at += rows
+        b += block.product(G, block.z)
+        R += block.product(G, G)
+    amounts = np.linalg.lstsq(R, b, rcond=1e-9)[0]
+    return float(amounts @ b), amounts
+
+
+def swaps(named: Named, search_: Search, member: int) -> list[tuple[int, float]]:
+    """Candidates that could stand in place of a member of the best set, with how much less likely they are."""
+    places = search_.places(named.best)
+    mine = places[member]
+    others = [p for p in places if p != mine]
+    base = linear_evidence(named.equations, named.priors, places)
+    found = []
+    for i in range(len(search_.library)):
+        if i in places:
+            continue
+        less = base - linear_evidence(named.equations, named.priors, [*others, i])
+        if less < GROUP + _CLOSE:
+            found.append((i, less))
+    return sorted(found, key=lambda f: f[1])
+
+
+def linear_evidence(equations: Normal, priors: FloatArray, members: Sequence[int]) -> float:
+    """Evidence of a set from linearised equations."""
+    if not members:
+        return 0.0
+    where = coordinates(members)
+    u, _ = estimate(equations, members)
+    B = np.eye(where.size) + equations.R[np.ix_(where, where)]
+    return float(0.5 * u @ equations.b[where] - 0.5 * np.linalg.slogdet(B)[1] + priors[list(members)].sum())

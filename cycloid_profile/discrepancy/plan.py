@@ -1,0 +1,156 @@
+"""What each measurement could tell before it is made: smallest detectable and smallest identifiable sizes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from cycloid_profile.arrays import FloatArray
+from cycloid_profile.discrepancy.candidates import Candidate, candidates
+from cycloid_profile.discrepancy.detection import detectable
+from cycloid_profile.discrepancy.evidence import ALIAS
+from cycloid_profile.discrepancy.laid import Laid
+from cycloid_profile.discrepancy.noise import Noise
+from cycloid_profile.discrepancy.normal import Normal, Whitened, coordinates, normal
+from cycloid_profile.discrepancy.recording import Recording, hold_nothing_out, record
+from cycloid_profile.effects.built import Built
+from cycloid_profile.rig.simulate import Settings, simulate
+
+SECOND_TEMPERATURE = "profile_scan at a second temperature"
+_FAMILIES = 30
+_TURNED = 0.1  # output angle of the loops [rad], where no pin stands in a root
+
+
+@dataclass(frozen=True)
+class Design:
+    """A measurement that could be made: its ``name``, ``kind``, ``settings`` and the noise it is likely to have.
+
+    ``torque_share`` of the rated torque, None for what is usual for the kind.
+    """
+
+    name: str
+    kind: str
+    points: int
+    noise: float
+    torque_share: float | None = None
+
+
+DESIGNS = (
+    Design("profile_scan", "profile_scan", 5000, 0.3),
+    Design("transmission_error at rated torque", "transmission_error", 1200, 0.15, 1.0),
+    Design("transmission_error at 3 % torque", "transmission_error", 1200, 0.15, 0.03),
+    Design("lost_motion_map", "lost_motion_map", 600, 0.004, 0.03),
+    Design("hysteresis", "hysteresis", 250, 0.004, 1.0),
+)
+
+
+@dataclass(frozen=True)
+class Visibility:
+    """Of one effect and one set of measurements: smallest ``detectable`` and ``identifiable`` size, with its unit in
+    ``size``; ``rival``, the effect it is hardest to tell from, and the sine of the angle between them.
+    """
+
+    effect: str
+    measurements: str
+    size: str
+    detectable: float
+    identifiable: float
+    rival: str
+    sine: float
+
+
+def visibility(built: Built, tell: Callable[[str], None] = lambda _: None) -> list[Visibility]:
+    """The table of all effects against every single measurement, and against all of them together."""
+    library = candidates(built, frozenset({0}), True)
+    parts = []
+    for design in DESIGNS:
+        tell(f"what a {design.name} shows")
+        parts.append(information(built, design, library))
+    together = replace(parts[0], R=sum(part.R for part in parts), b=sum(part.b for part in parts))
+    found = []
+    for name, equations in [*((d.name, p) for d, p in zip(DESIGNS, parts, strict=True)), ("all of these", together)]:
+        found += _visible(name, equations)
+    return found
+
+
+def information(built: Built, design: Design, library: Sequence[Candidate]) -> Normal:
+    """Normal equations of a measurement of the reducer as it is, without its noise."""
+    return normal([Whitened(Laid(_designed(built, design), built))], library)
+
+
+def separating_measurement(
+    built: Built,
+    recordings: Sequence[Recording],
+    member: Candidate,
+    rivals: Sequence[Candidate],
+    tell: Callable[[str], None] = lambda _: None,
+) -> str | None:
+    """The further measurement that tells a member from its rivals best; None where there are none.
+
+    The one that raises the least sine between their patterns most, of what is known now and the new file together.
+    """
+    if not rivals:
+        return None
+    if "thermal_growth" in {member.name, *(r.name for r in rivals)}:
+        # A change of temperature is the one thing that only thermal growth follows.
+        return SECOND_TEMPERATURE
+    library = [member, *rivals]
+    now = normal([Whitened(Laid(hold_nothing_out(r), built)) for r in recordings], library).R
+    best = ("a scan of a second specimen", _TOO_CLOSE)
+    for design in DESIGNS:
+        tell(f"would a {design.name} tell them apart?")
+        R = now + information(built, design, library).R
+        sine = min(_sine(R, 0, i) for i in range(1, len(library)))
+        if sine > best[1] * 1.05:
+            best = (design.name, sine)
+    return best[0]
+
+
+_TOO_CLOSE = math.sqrt(1.0 - ALIAS**2)
+
+
+@lru_cache(maxsize=16)
+def _designed(built: Built, design: Design) -> Recording:
+    torque = None if design.torque_share is None else design.torque_share * abs(built.case.torque)
+    settings = Settings(torque=torque, points=design.points, output_angle=_TURNED)
+    measured = simulate(built, design.kind, settings)
+    ready = hold_nothing_out(record(built, replace(measured, name=design.name)))
+    return replace(ready, noise=Noise(design.noise))
+
+
+def _visible(name: str, equations: Normal) -> list[Visibility]:
+    best: dict[str, Visibility] = {}
+    shown = [i for i in range(len(equations.candidates)) if equations.R[2 * i, 2 * i] > 1e-6]
+    places: dict[str, int] = {}
+    for candidate in equations.candidates:
+        places[candidate.name] = places.get(candidate.name, 0) + 1
+    for i, candidate in enumerate(equations.candidates):
+        if candidate.name in best and best[candidate.name].detectable < math.inf:
+            continue
+        own = equations.R[2 * i : 2 * i + 2, 2 * i : 2 * i + 2]
+        least = detectable(candidate, own, _FAMILIES * places[candidate.name])
+        rival, sine = "", 1.0
+        if least < math.inf:
+            for j in shown:
+                if equations.candidates[j].name == candidate.name:
+                    continue
+                s = _sine(equations.R, i, j)
+                if s < sine:
+                    rival, sine = equations.candidates[j].name, s
+        identifiable = least / sine if sine > _TOO_CLOSE else math.inf
+        best[candidate.name] = Visibility(candidate.name, name, candidate.size, least, identifiable, rival, sine)
+    return list(best.values())
+
+
+def _sine(R: FloatArray, i: int, j: int) -> float:
+    """Least sine between a pattern of one candidate and all patterns of another."""
+    own, other = coordinates([i]), coordinates([j])
+    cross = R[np.ix_(own, other)]
+    left = R[np.ix_(own, own)] - cross @ np.linalg.pinv(R[np.ix_(other, other)], rcond=1e-9) @ cross.T
+    sizes = np.diagonal(R)[own]
+    shares = [left[c, c] / sizes[c] for c in range(2) if sizes[c] > 1e-9]
+    return math.sqrt(max(min(shares, default=0.0), 0.0))

@@ -1,0 +1,163 @@
+"""One measured file made ready: rows in order, gross errors out, some rows held back for the final check."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
+from cycloid_profile.discrepancy.noise import Noise, gross_errors, local_noise, spectral_noise
+from cycloid_profile.effects.built import Built
+from cycloid_profile.errors import MeasurementError
+from cycloid_profile.measurement.files import Measurement
+from cycloid_profile.rig.gap import COLUMN, UNITS
+from cycloid_profile.rig.prediction import predict_curve
+from cycloid_profile.rig.registration import PlacedScan, place_scan
+from cycloid_profile.units import UM
+
+# How far the model itself can be trusted, in the unit of the column: docs/diagnosis.md, "Accuracy of the simulation".
+SIMULATION_ACCURACY = {
+    "profile_scan": 0.008,
+    "hysteresis": 0.002,
+    "transmission_error": 0.02,
+    "lost_motion_map": 0.001,
+}
+# Torques of a loop closer to zero than this share of the rated one are left out: friction decides there which flank holds.
+NEAR_ZERO = 0.05
+_BLOCKS_PER_LOBE = 6
+_BLOCKS_PER_TURN = 60
+_LOOP_BLOCK = 5
+_HELD_OUT = 5  # one block in so many
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """A measured file with what is known of it before any effect is thought of.
+
+    ``rows`` of the file that are used, in the order along the disc, the angle or the loop; ``held_out``, shape of
+    ``rows``, true where they are kept for the check; ``disc`` scanned, counted from 0, and where it was first ``placed``;
+    ``notes``, sentences about the data.
+    """
+
+    measurement: Measurement
+    disc: int
+    rows: IntArray
+    held_out: BoolArray
+    noise: Noise
+    notes: tuple[str, ...] = ()
+    placed: PlacedScan | None = None
+
+    @property
+    def kind(self) -> str:
+        """Kind of the file."""
+        return self.measurement.kind
+
+    @property
+    def name(self) -> str:
+        """Name of the file."""
+        return self.measurement.name
+
+    @property
+    def unit(self) -> str:
+        """Unit of residual and noise."""
+        return UNITS[self.kind]
+
+    @property
+    def accuracy(self) -> float:
+        """Declared accuracy of the simulation, in ``unit``."""
+        return SIMULATION_ACCURACY[self.kind]
+
+    def starts(self, chosen: BoolArray) -> BoolArray:
+        """Of the ``chosen`` rows, those without a neighbour before them; shape (chosen rows,)."""
+        place = np.flatnonzero(chosen)
+        return np.concatenate([[True], np.diff(place) > 1])
+
+
+def record(built: Built, measurement: Measurement, disc: int = 0) -> Recording:
+    """A file made ready.
+
+    Raises
+    ------
+    MeasurementError
+        If hardly any row can be compared with the prediction.
+    """
+    if measurement.kind == "profile_scan":
+        return _of_scan(built, measurement, disc)
+    return _of_curve(built, measurement)
+
+
+def hold_nothing_out(recording: Recording) -> Recording:
+    """The same with all rows to fit."""
+    return replace(recording, held_out=np.zeros_like(recording.held_out))
+
+
+def hold_all_out(recording: Recording) -> Recording:
+    """The same with all rows for the check."""
+    return replace(recording, held_out=np.ones_like(recording.held_out))
+
+
+def _of_scan(built: Built, measurement: Measurement, disc: int) -> Recording:
+    if not 0 <= disc < built.discs:
+        raise MeasurementError("disc", disc + 1, f"is not one of the {built.discs} discs", "count from 1")
+    tooth = built.teeth[disc]
+    placed = place_scan(tooth, measurement)
+    along = np.mod(placed.along + np.pi, tooth.trochoid.phase_period)
+    rows = np.argsort(along, kind="stable")
+    notes = []
+    spacing = np.diff(along[rows])
+    repeated = np.concatenate([[False], spacing < 0.02 * float(np.median(spacing))])
+    if np.count_nonzero(repeated):
+        notes.append(f"{np.count_nonzero(repeated)} points stand where another does and are left out")
+        rows = rows[~repeated]
+    residual = placed.removal[rows] / UM
+    wild = gross_errors(residual, local_noise(residual, np.arange(rows.size)).sigma)
+    if np.any(wild):
+        notes.append(f"{np.count_nonzero(wild)} gross errors of reading are left out")
+        rows = rows[~wild]
+        keep = np.zeros(along.size, dtype=bool)
+        keep[rows] = True
+        placed = place_scan(tooth, measurement, keep, placed)
+    noise = spectral_noise(placed.removal[rows] / UM, measurement.number("noise_um"))
+    lobes = np.unique(placed.lobe[rows]).size
+    if lobes < tooth.trochoid.lobes:
+        notes.append(f"{tooth.trochoid.lobes - lobes} of {tooth.trochoid.lobes} lobes were not scanned")
+    if rows.size > 2 and float(np.median(np.diff(np.unwrap(np.angle(placed.placed))))) > 0.0:
+        notes.append("the points run anticlockwise; they were put in the order of the disc")
+    block = np.floor(along[rows] / (2.0 * np.pi) * _BLOCKS_PER_LOBE).astype(int)
+    return Recording(measurement, disc, rows, block % _HELD_OUT == 2, noise, tuple(notes), placed)
+
+
+def _of_curve(built: Built, measurement: Measurement) -> Recording:
+    residual = measurement[COLUMN[measurement.kind]] - predict_curve(built, measurement).value
+    rows = np.arange(residual.size)
+    notes = []
+    if measurement.kind == "hysteresis":
+        torque = np.abs(measurement["torque_nm"])
+        rows = rows[torque >= NEAR_ZERO * abs(built.case.torque) / 1e3]
+        block = rows // _LOOP_BLOCK
+    else:
+        angle = measurement["output_angle_deg"]
+        if rows.size > 2 and float(np.median(np.diff(angle))) < 0.0:
+            notes.append("the angles fall from row to row; they were put in rising order")
+        rows = np.argsort(angle, kind="stable")
+        repeated = np.concatenate([[False], np.diff(angle[rows]) < 1e-9])
+        if np.any(repeated):
+            notes.append(f"{np.count_nonzero(repeated)} rows repeat an angle and are left out")
+            rows = rows[~repeated]
+        block = np.floor(angle[rows] / 360.0 * _BLOCKS_PER_TURN).astype(int)
+    rows, block = rows[np.isfinite(residual[rows])], block[np.isfinite(residual[rows])]
+    if rows.size < 8:
+        raise MeasurementError(
+            f"{measurement.name}: rows to compare", rows.size, "are too few", "measure more rows, away from zero torque"
+        )
+    wild = gross_errors(residual[rows], local_noise(residual[rows], rows).sigma)
+    if np.any(wild):
+        notes.append(f"{np.count_nonzero(wild)} gross errors of reading are left out")
+        rows, block = rows[~wild], block[~wild]
+    stated = measurement.number(f"noise_{UNITS[measurement.kind]}")
+    if measurement.kind == "hysteresis":
+        noise = local_noise(residual[rows], rows, stated)
+    else:
+        noise = spectral_noise(residual[rows], stated)
+    return Recording(measurement, 0, rows, block % _HELD_OUT == 2, noise, tuple(notes))
