@@ -14,6 +14,8 @@ from cycloid_profile.cli.accuracy import accuracy
 from cycloid_profile.cli.build import build
 from cycloid_profile.cli.catalog import catalog
 from cycloid_profile.cli.compare import compare
+from cycloid_profile.cli.correct import correct
+from cycloid_profile.cli.diagnose import diagnose
 from cycloid_profile.cli.export import export
 from cycloid_profile.cli.simulate import simulate
 from cycloid_profile.errors import CycloidError
@@ -30,7 +32,7 @@ def application() -> App:
         help_format="plaintext",
         version_flags=["--version"],
     )
-    for command in (build, accuracy, simulate, compare, export, catalog):
+    for command in (build, accuracy, simulate, compare, diagnose, correct, export, catalog):
         app.command(command, help_epilogue="")
     return app
 

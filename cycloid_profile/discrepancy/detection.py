@@ -30,6 +30,9 @@ _SCATTER = 6.0
 # The simulation errs by its accuracy all over; by more in a wave's amplitude, by still more in a narrow place.
 _WAVE_LIMIT = math.sqrt(2.0)
 _LOCAL_LIMIT = 5.0
+LEAST_WAVES = 13
+_PEAK = 0.01  # chance that noise makes a peak of the spectrum
+_APART = 2.0  # waves between two peaks
 
 
 @dataclass(frozen=True)
@@ -75,7 +78,6 @@ class Detection:
 def detect(
     blocks: Sequence[Whitened],
     equations: Normal | None,
-    frequencies: int = 0,
     fitted: Sequence[FloatArray] | None = None,
 ) -> Detection:
     """Look everywhere. ``fitted`` columns of effects already named, one array a block, count as fitted freely."""
@@ -86,10 +88,10 @@ def detect(
             columns = block.projected(fitted[i])
             z = z - columns @ np.linalg.lstsq(columns, z, rcond=None)[0]
         findings += _of_block(block, z)
+        if block.laid.recording.kind == "profile_scan":
+            findings += _of_chatter(block, z)
     if equations is not None:
         findings += _of_library(equations)
-    if frequencies:
-        findings += [f for block in blocks if block.laid.recording.kind == "profile_scan" for f in _of_chatter(block)]
     findings.sort(key=lambda f: f.p_value)
     least = findings[0].p_value if findings else 1.0
     return Detection(
@@ -147,6 +149,8 @@ def _of_library(equations: Normal) -> list[Finding]:
     places = _places(equations.candidates)
     best: dict[str, Finding] = {}
     for i, candidate in enumerate(equations.candidates):
+        if candidate.name == "grinding_chatter":
+            continue  # chosen by its spectrum, which is looked at by itself
         k = candidate.coordinates
         R = equations.R[2 * i : 2 * i + k, 2 * i : 2 * i + k]
         if float(np.trace(R)) < 1e-6:
@@ -163,8 +167,8 @@ def _of_library(equations: Normal) -> list[Finding]:
     return list(best.values())
 
 
-def _of_chatter(block: Whitened) -> list[Finding]:
-    grid, power = chatter_spectrum(block)
+def _of_chatter(block: Whitened, z: FloatArray) -> list[Finding]:
+    grid, power = chatter_spectrum(block, z)
     top = int(np.argmax(power))
     p = _several(float(np.exp(-0.5 * power[top])), grid.size)
     recording = block.laid.recording
@@ -173,14 +177,37 @@ def _of_chatter(block: Whitened) -> list[Finding]:
     return [Finding(recording.name, "um", "waves per turn", float(grid[top]), float(grid[top]), amplitude, p, over)]
 
 
-def chatter_spectrum(block: Whitened) -> tuple[FloatArray, FloatArray]:
-    """Numbers of waves round the disc, every half, and the fall of chi² by a wave of each."""
-    n = block.z.size
+def chatter_spectrum(block: Whitened, z: FloatArray | None = None) -> tuple[FloatArray, FloatArray]:
+    """Numbers of waves round the disc, every half, and the fall of chi² by a wave of each.
+
+    Fewer waves than ``LEAST_WAVES`` are form, which lobing of the clamp makes, and no chatter.
+    """
     highest = 0.45 * block.laid.recording.rows.size
-    grid = np.arange(6.0, 2.0 * highest) / 2.0
-    z = block.projected(block.z)
+    grid = np.arange(2.0 * LEAST_WAVES, 2.0 * highest) / 2.0
+    return grid, wave_power(block, grid, z)
+
+
+def chatter_peaks(block: Whitened, z: FloatArray | None = None, most: int = 3) -> list[float]:
+    """Numbers of waves of the strongest chatter that chance does not make, to a fiftieth of a wave."""
+    grid, power = chatter_spectrum(block, z)
+    found: list[float] = []
+    for i in np.argsort(power)[::-1][:200]:
+        if _several(float(np.exp(-0.5 * power[i])), grid.size) > _PEAK:
+            break
+        if all(abs(grid[i] - other) > _APART for other in found):
+            fine = grid[i] + np.arange(-25, 26) / 50.0
+            found.append(float(fine[int(np.argmax(wave_power(block, fine, z)))]))
+        if len(found) == most:
+            break
+    return found
+
+
+def wave_power(block: Whitened, grid: FloatArray, z: FloatArray | None = None) -> FloatArray:
+    """Fall of chi² by waves of evenly spaced numbers round the disc, shape of ``grid``."""
+    n = block.z.size
+    z = block.projected(block.z) if z is None else z
     power = np.empty(grid.size)
-    step = block.laid.waves(0.5)
+    step = block.laid.waves(float(grid[1] - grid[0]))
     wave = block.laid.waves(float(grid[0]))
     for k in range(grid.size):
         w = block.white(wave)
@@ -192,7 +219,7 @@ def chatter_spectrum(block: Whitened) -> tuple[FloatArray, FloatArray]:
         det = max(cc * ss - cs * cs, 1e-9 * n * n)
         power[k] = (ss * along.real**2 - 2.0 * cs * along.real * along.imag + cc * along.imag**2) / det
         wave = wave * step
-    return grid, power
+    return power
 
 
 def _of_block(block: Whitened, z: FloatArray) -> list[Finding]:

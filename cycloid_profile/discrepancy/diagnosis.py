@@ -9,12 +9,10 @@ from typing import Any
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray
-from cycloid_profile.discrepancy.candidates import Candidate, candidates, chatter
+from cycloid_profile.discrepancy.candidates import Candidate, candidates
 from cycloid_profile.discrepancy.detection import (
-    FALSE_ALARM,
     Detection,
     Finding,
-    chatter_spectrum,
     detect,
     smallest_detectable,
 )
@@ -27,6 +25,7 @@ from cycloid_profile.discrepancy.naming import GROUP, Named, Search, linear_evid
 from cycloid_profile.discrepancy.normal import Normal, Whitened, coordinates, normal
 from cycloid_profile.discrepancy.plan import separating_measurement
 from cycloid_profile.discrepancy.recording import Recording, hold_all_out, hold_nothing_out, record
+from cycloid_profile.discrepancy.screening import screen
 from cycloid_profile.effects.built import Built
 from cycloid_profile.effects.effect import Effect
 from cycloid_profile.measurement.files import Measurement
@@ -34,7 +33,6 @@ from cycloid_profile.measurement.files import Measurement
 _LEAST_EVIDENCE = 5.0
 _EXPLAINED = 0.9  # of the gap, for a name beside a remainder
 _REMAINDER = 0.05  # of the first gap
-_CHATTER_PEAKS = 3
 _RESCORED_SWAPS = 4
 
 
@@ -149,6 +147,8 @@ def diagnose(
         If a file cannot be of this reducer.
     """
     tell("reading the files against the simulation")
+    for measurement in (*measurements, *held_out):
+        screen(built, measurement)
     recordings = [record(built, m, _disc(built, m, discs, i)) for i, m in enumerate(measurements)]
     checks = [hold_all_out(record(built, m, _disc(built, m, None, 0))) for m in held_out]
     notes = [f"{r.name}: {note}" for r in recordings for note in r.notes]
@@ -157,46 +157,40 @@ def diagnose(
     library = list(candidates(built, scanned, curves))
     tell("looking for what is beyond the noise")
     recordings = counted_alike(built, recordings, library)
-    model = ExactModel(built, recordings)
-    frequencies = 0
-    for block in model.nothing.blocks:
-        if block.laid.recording.kind == "profile_scan":
-            grid, power = chatter_spectrum(block)
-            frequencies = max(frequencies, grid.size)
-            library += [chatter(waves, block.laid.recording.disc + 1) for waves in _peaks(grid, power)]
-    equations = normal(model.nothing.blocks, library)
-    detection = detect(model.nothing.blocks, equations, frequencies)
+    everything = ExactModel(built, [hold_nothing_out(r) for r in recordings])
+    equations = normal(everything.nothing.blocks, library)
+    detection = detect(everything.nothing.blocks, equations)
     not_seen = smallest_detectable(equations, detection.families)
+    base = ExactModel(built, [*recordings, *checks]).nothing
     if not detection.striking:
-        below = detection.significant
-        if below:
+        if detection.significant:
             notes.append("what differs is significant but smaller than the simulation can be trusted for")
+        gaps = tuple(_gap(r, a, a) for r, a in zip((*recordings, *checks), base.laid, strict=True))
         return Diagnosis(
-            built, built, "agrees", (), detection, detection, (), None, (), not_seen,
-            _gaps([*recordings, *checks], model.nothing, built, checks), tuple(notes), 0.0,
-        )  # fmt: skip
-    search = Search(built, recordings, library, max(frequencies, 1), tell)
+            built, built, "agrees", (), detection, detection, (), None, (), not_seen, gaps, tuple(notes), 0.0
+        )
+    search = Search(built, recordings, library, tell)
     named = search.named()
     tell("checking what is left")
     best = named.best
-    left = _left(best, frequencies, search)
-    first, after = model.nothing.chi2, best.state.chi2
-    rows = sum(block.z.size for block in best.state.blocks)
-    explained = (first - after) / max(first - rows, 1e-9)
-    worst = _worst_left(left, model.nothing, best.state)
-    right = best.log_evidence >= _LEAST_EVIDENCE and bool(best.members)
-    if right and (worst is None or explained > _EXPLAINED):
-        effects = _effects(built, recordings, search, named, tell)
-        corrected = _with(built, effects)
-        verdict = "effects_found"
+    final = everything.optimum(best.members, best.u, search.prior, steps=3) or best
+    left = _left(final)
+    first, after = everything.nothing.chi2, final.state.chi2
+    explained = (first - after) / max(first - equations.rows, 1e-9)
+    worst = _worst_left(left, everything.nothing)
+    effects: tuple[NamedEffect, ...] = ()
+    if best.members and best.log_evidence >= _LEAST_EVIDENCE and (worst is None or explained > _EXPLAINED):
+        effects = _effects(built, recordings, search, named, final, tell)
     else:
-        effects, corrected, verdict = (), built, "unknown_effect"
         worst = worst or detection.striking[0]
-    final = ExactModel(corrected, recordings).nothing if effects else model.nothing
+    corrected = _with(built, effects)
+    last = ExactModel(corrected, [*recordings, *checks]).nothing if effects else base
+    gaps = tuple(_gap(r, a, b) for r, a, b in zip((*recordings, *checks), base.laid, last.laid, strict=True))
+    verdict = "effects_found" if effects else "unknown_effect"
     nearest = () if effects else _nearest(equations)
     return Diagnosis(
-        built, corrected, verdict, effects, detection, left, _places(detection), worst, nearest, not_seen,
-        _gaps([*recordings, *checks], model.nothing, corrected, checks, final), tuple(notes), best.log_evidence,
+        built, corrected, verdict, effects, detection, left, _places(detection), worst, nearest, not_seen, gaps,
+        tuple(notes), best.log_evidence,
     )  # fmt: skip
 
 
@@ -207,48 +201,36 @@ def _disc(built: Built, measurement: Measurement, discs: Sequence[int] | None, n
     return int(digits) - 1 if digits and 1 <= int(digits) <= built.discs else 0
 
 
-def _peaks(grid: FloatArray, power: FloatArray) -> list[float]:
-    """The strongest numbers of waves, no two of one peak."""
-    found: list[float] = []
-    for i in np.argsort(power)[::-1][:200]:
-        if all(abs(grid[i] - other) > 2.0 for other in found):
-            found.append(float(grid[i]))
-        if len(found) == _CHATTER_PEAKS:
-            break
-    return found
-
-
-def _left(best: Optimum, frequencies: int, search: Search) -> Detection:
+def _left(final: Optimum) -> Detection:
     """Detection on what the best set leaves, its own columns free."""
-    if not best.members:
-        return detect(best.state.blocks, None, frequencies)
-    fitted = [block.columns(best.members) for block in best.state.blocks]
-    del search
-    return detect(best.state.blocks, None, frequencies, fitted)
+    if not final.members:
+        return detect(final.state.blocks, None)
+    return detect(final.state.blocks, None, [block.columns(final.members) for block in final.state.blocks])
 
 
-def _worst_left(left: Detection, before: State, after: State) -> Finding | None:
+def _worst_left(left: Detection, before: State) -> Finding | None:
     """The most striking thing left over that is neither noise nor the error of the simulation nor a twentieth."""
     for finding in left.striking:
-        for laid, block in zip(before.laid, before.blocks, strict=True):
-            if laid.recording.name != finding.file:
-                continue
-            z = block.projected(block.z)
-            gap = laid.recording.noise.sigma * float(np.sqrt(np.mean(z**2)))
-            if abs(finding.amplitude) > _REMAINDER * gap:
-                return finding
-    del after
+        for block in before.blocks:
+            if block.laid.recording.name == finding.file:
+                z = block.projected(block.z)
+                gap = block.laid.recording.noise.sigma * float(np.sqrt(np.mean(z**2)))
+                if abs(finding.amplitude) > _REMAINDER * gap:
+                    return finding
     return None
 
 
 def _effects(
-    built: Built, recordings: Sequence[Recording], search: Search, named: Named, tell: Callable[[str], None]
+    built: Built,
+    recordings: Sequence[Recording],
+    search: Search,
+    named: Named,
+    final: Optimum,
+    tell: Callable[[str], None],
 ) -> tuple[NamedEffect, ...]:
     """Members of the best set with sizes from all rows, and what could stand in place of each."""
-    tell("sizes from all rows, and what could stand in their place")
-    everything = ExactModel(built, [hold_nothing_out(r) for r in recordings])
+    tell("what could stand in their place")
     best = named.best
-    final = everything.optimum(best.members, best.u, search.prior, steps=3) or best
     about = normal(final.state.blocks, search.library)
     found = []
     for i, member in enumerate(best.members):
@@ -337,21 +319,6 @@ def _places(detection: Detection) -> tuple[Finding, ...]:
             seen.add(key)
             found.append(finding)
     return tuple(found) or tuple(f for f in detection.striking if f.file)
-
-
-def _gaps(
-    recordings: Sequence[Recording],
-    before: State,
-    corrected: Built,
-    checks: Sequence[Recording],
-    after: State | None = None,
-) -> tuple[FileGap, ...]:
-    first = [*before.laid, *(Laid(r, before.built) for r in checks)]
-    if after is None:
-        last = first
-    else:
-        last = [*after.laid, *(Laid(r, corrected) for r in checks)]
-    return tuple(_gap(r, a, b) for r, a, b in zip(recordings, first, last, strict=True))
 
 
 def _gap(recording: Recording, before: Laid, after: Laid) -> FileGap:

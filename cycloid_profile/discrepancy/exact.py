@@ -13,6 +13,7 @@ from cycloid_profile.discrepancy.candidates import Candidate
 from cycloid_profile.discrepancy.evidence import log_evidence_at
 from cycloid_profile.discrepancy.laid import Laid
 from cycloid_profile.discrepancy.normal import Whitened, normal
+from cycloid_profile.discrepancy.probes import Probes
 from cycloid_profile.discrepancy.recording import Recording
 from cycloid_profile.effects.built import Built
 from cycloid_profile.errors import CycloidError
@@ -87,6 +88,7 @@ class ExactModel:
     def __init__(self, built: Built, recordings: Sequence[Recording]) -> None:
         self.built, self.recordings = built, tuple(recordings)
         self._nothing: State | None = None
+        self._probes = Probes(built)
 
     @property
     def nothing(self) -> State:
@@ -163,4 +165,4 @@ class ExactModel:
         return None
 
     def _lay(self, built: Built) -> State:
-        return State(built, tuple(Laid(recording, built) for recording in self.recordings))
+        return State(built, tuple(Laid(recording, built, self._probes) for recording in self.recordings))

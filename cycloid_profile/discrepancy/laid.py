@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from cycloid_profile.arrays import BoolArray, ComplexArray, FloatArray
 from cycloid_profile.discrepancy.candidates import Candidate
+from cycloid_profile.discrepancy.probes import STEP, Probes, removed
 from cycloid_profile.discrepancy.recording import Recording
 from cycloid_profile.effects.built import Built
 from cycloid_profile.effects.pattern import removal_between
+from cycloid_profile.geometry.removal import NormalRemoval
 from cycloid_profile.rig.first_order import FirstOrder
 from cycloid_profile.rig.gap import COLUMN
 from cycloid_profile.rig.prediction import predict_curve
@@ -21,7 +21,6 @@ from cycloid_profile.units import DEGREE, UM
 DATUM_ACCURACY_UM = 0.1  # origin of a scan whose datum is the bore
 _UNKNOWN = 1e6
 _DRIFT = {"hysteresis": 0.002, "transmission_error": 0.02, "lost_motion_map": 0.0005}
-_STEP = 1e-3  # of the width of a coordinate
 
 
 class Laid:
@@ -31,8 +30,9 @@ class Laid:
     (rows, n), each column scaled by its prior width.
     """
 
-    def __init__(self, recording: Recording, built: Built) -> None:
+    def __init__(self, recording: Recording, built: Built, probes: Probes | None = None) -> None:
         self.recording, self.built = recording, built
+        self.probes = Probes(built) if probes is None else probes
         rows, measurement = recording.rows, recording.measurement
         if recording.kind == "profile_scan":
             keep = np.zeros(measurement["x_mm"].size, dtype=bool)
@@ -62,19 +62,16 @@ class Laid:
                 else measurement["output_angle_deg"][rows] * DEGREE
             )
 
-    def columns(self, candidate: Candidate, at: Sequence[float] = (0.0, 0.0)) -> FloatArray:
-        """What the prediction gains per unit of each coordinate about ``at``, shape (rows, coordinates).
-
-        ``built`` is without the effect where ``at`` is zero, and has it at the end of its effects otherwise.
-        """
+    def columns(self, candidate: Candidate) -> FloatArray:
+        """What the prediction gains per unit of each coordinate, shape (rows, coordinates)."""
         found = []
         for c in range(candidate.coordinates):
-            step = np.zeros(2)
-            step[c] = _STEP * candidate.width
-            effect = candidate.effect(step)
-            assert effect is not None
-            after = effect.apply(self.built)
-            found.append(self._change(after) / step[c])
+            removals = self.probes.removals(candidate, c)
+            if removals is None:
+                after, step = self.probes.after(candidate, c, self.built)
+                found.append(self._change(after) / step)
+            else:
+                found.append(self._removed(removals) / (STEP * candidate.width))
         return np.stack(found, axis=1)
 
     def waves(self, number: float) -> ComplexArray:
@@ -83,6 +80,12 @@ class Laid:
         t = self.position - np.pi
         wave: ComplexArray = np.exp(1j * number * t / self.placed.tooth.trochoid.lobes)
         return wave
+
+    def _removed(self, removals: dict[int, tuple[NormalRemoval, ...]]) -> FloatArray:
+        if self.recording.kind != "profile_scan":
+            return self.first_order.removed(removals)[self.recording.rows]
+        own = removals.get(self.recording.disc, ())
+        return removed(own, self.placed.tooth, self.phase, self.lobe) / UM
 
     def _change(self, after: Built) -> FloatArray:
         if self.recording.kind != "profile_scan":

@@ -12,9 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray
-from cycloid_profile.discrepancy.candidates import Candidate
+from cycloid_profile.discrepancy.candidates import Candidate, chatter
+from cycloid_profile.discrepancy.detection import chatter_peaks
 from cycloid_profile.discrepancy.evidence import estimate, log_priors, search
-from cycloid_profile.discrepancy.exact import ExactModel, Optimum
+from cycloid_profile.discrepancy.exact import ExactModel, Optimum, State
 from cycloid_profile.discrepancy.normal import Normal, coordinates, normal
 from cycloid_profile.discrepancy.recording import Recording
 from cycloid_profile.discrepancy.thinning import thinned
@@ -23,13 +24,14 @@ from cycloid_profile.effects.effect import Place
 
 _ROUNDS = 6
 _FINAL_ROUNDS = 2
-_COARSE_ROWS = 240
-_FEW_ROWS = 480
+_COARSE_ROWS = 120
+_FEW_ROWS = 360
 _MANY_ROWS = 10**9
 # Gain in chi² above which the effects are so large that few rows name them.
 _LARGE = 4000.0
 _WEAK = 60.0  # below this gain everything is linear
 _STARTS = 8
+_LEADING = 3
 _FINALISTS = 3
 _CLOSE = 8.0
 LEAST_CONTRIBUTION = 1.0  # times the accuracy of the simulation
@@ -54,14 +56,12 @@ class Search:
         built: Built,
         recordings: Sequence[Recording],
         library: Sequence[Candidate],
-        frequencies: int,
         tell: Callable[[str], None],
     ) -> None:
-        self.library, self.tell, self.frequencies = tuple(library), tell, frequencies
-        self.priors = log_priors(self.library, frequencies)
-        self._prior_of = dict(zip((id(c) for c in self.library), self.priors, strict=True))
+        self.tell = tell
         self.model = ExactModel(built, recordings)
         self.built, self.recordings = built, tuple(recordings)
+        self._take([*library, *self._chatter(self.model.nothing, ())])
 
     def named(self) -> Named:
         """The best set."""
@@ -80,7 +80,34 @@ class Search:
         self.tell("rescoring on the exact model with all rows")
         found = self._climbed(self.model, starts, _FINAL_ROUNDS)
         best = next((o for o in found if o.log_evidence > 0.0 and self._contributing(o)), best)
+        more = self._chatter(best.state, best.members)
+        if more and best.members:
+            # Waves that stood below what larger effects made of the spectrum.
+            self._take([*self.library, *more])
+            found = self._climbed(self.model, [(self.places(best), best.u)], _FINAL_ROUNDS)
+            best = next((o for o in found if o.log_evidence > 0.0 and self._contributing(o)), best)
         return Named(best, self._about(best), self.priors, tuple(found))
+
+    def _take(self, library: Sequence[Candidate]) -> None:
+        self.library = tuple(library)
+        rows = max((r.rows.size for r in self.recordings if r.kind == "profile_scan"), default=2)
+        self.priors = log_priors(self.library, frequencies=rows)
+        self._prior_of = dict(zip((id(c) for c in self.library), self.priors, strict=True))
+
+    def _chatter(self, state: State, members: Sequence[Candidate]) -> list[Candidate]:
+        """Chatter that stands out of the spectrum of any scan once ``members`` are fitted."""
+        found = []
+        known = [c.choice["waves_per_turn"] for c in members if c.name == "grinding_chatter"]
+        for block in state.blocks:
+            if block.laid.recording.kind == "profile_scan":
+                z = block.projected(block.z)
+                if members:
+                    G = block.projected(block.columns(members))
+                    z = z - G @ np.linalg.lstsq(G, z, rcond=None)[0]
+                waves = chatter_peaks(block, z)
+                disc = block.laid.recording.disc + 1
+                found += [chatter(n, disc) for n in waves if all(abs(n - other) > 1.0 for other in known)]
+        return found
 
     def _climbed(self, model: ExactModel, starts: Sequence[tuple[list[int], FloatArray]], rounds: int) -> list[Optimum]:
         """Sets rescored, best first, the search begun anew about each best set."""
@@ -156,13 +183,17 @@ class Search:
                 singles[name] = (list(scored.members), estimate(equations, scored.members)[0])
         starts = list(singles.values())[:_STARTS]
         starts += self._second_order(coarse, gain)
-        optima = []
-        for number, (members, u) in enumerate(starts, 1):
-            self.tell(f"single effects on the exact model, {number} of {len(starts)}")
-            optimum = coarse.optimum([self.library[i] for i in members], u, self.prior, steps=4)
-            if optimum is not None and not optimum.implausible:
-                optima.append((optimum.log_evidence, members, optimum.u))
-        optima.sort(key=lambda o: -o[0])
+        optima: list[tuple[float, list[int], FloatArray]] = []
+        # A look at all, then the leading ones to the end.
+        for steps, some in ((2, len(starts)), (4, _LEADING)):
+            self.tell(f"single effects on the exact model, {some} of {len(starts)}")
+            optima = []
+            for members, u in starts[:some]:
+                optimum = coarse.optimum([self.library[i] for i in members], u, self.prior, steps=steps)
+                if optimum is not None and not optimum.implausible:
+                    optima.append((optimum.log_evidence, members, optimum.u))
+            optima.sort(key=lambda o: -o[0])
+            starts = [(members, u) for _, members, u in optima]
         return [(members, u) for value, members, u in optima[:2] if value > 0.0]
 
     def _second_order(self, coarse: ExactModel, gain: float) -> list[tuple[list[int], FloatArray]]:

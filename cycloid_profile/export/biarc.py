@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from cycloid_profile.arrays import ComplexArray, FloatArray
+from cycloid_profile.export.disc_path import Piece, pieces
 from cycloid_profile.export.refine import refined
 from cycloid_profile.geometry.profile import ToothPoints, ToothProfile
-from cycloid_profile.geometry.sampling import equidistribute, piece_side, smooth_pieces
+from cycloid_profile.geometry.sampling import equidistribute, smooth_pieces
 
 _FINE = 4096
 _CHECKS_PER_ARC = 5
@@ -57,13 +58,21 @@ def lobe_arcs(profile: ToothProfile, tolerance: float) -> Arcs:
     ExportError
         If the tolerance cannot be reached with a sensible number of arcs.
     """
-    pieces = [_fit(profile, a, b, tolerance) for a, b in smooth_pieces(profile)]
-    ends = np.concatenate([pieces[0].ends[:1], *(piece.ends[1:] for piece in pieces)])
-    return Arcs(ends, np.concatenate([piece.bend for piece in pieces]))
+    chains = [_fit(Piece(profile, 0, a, b), tolerance) for a, b in smooth_pieces(profile)]
+    ends = np.concatenate([chains[0].ends[:1], *(chain.ends[1:] for chain in chains)])
+    return Arcs(ends, np.concatenate([chain.bend for chain in chains]))
 
 
 def disc_arcs(profile: ToothProfile, tolerance: float) -> Arcs:
-    """Closed chain of arcs round the whole disc: those of one lobe, turned."""
+    """Closed chain of arcs round the whole disc: those of one lobe, turned, or lobe by lobe where they differ.
+
+    Raises
+    ------
+    ExportError
+        If the tolerance cannot be reached with a sensible number of arcs.
+    """
+    if not profile.lobes_alike:
+        return _closed([_fit(piece, tolerance) for piece in pieces(profile)])
     lobe = lobe_arcs(profile, tolerance)
     lobes = profile.trochoid.lobes
     turn = np.exp(-2j * math.pi * np.arange(lobes) / lobes)
@@ -71,18 +80,23 @@ def disc_arcs(profile: ToothProfile, tolerance: float) -> Arcs:
     return Arcs(np.append(ends, ends[0]), np.tile(lobe.bend, lobes))
 
 
-def _fit(profile: ToothProfile, a: float, b: float, tolerance: float) -> Arcs:
-    return refined(profile, tolerance, lambda count: _through(profile, a, b, count), Arcs.points)
+def _closed(chains: list[Arcs]) -> Arcs:
+    ends = np.concatenate([chain.ends[:-1] for chain in chains])
+    return Arcs(np.append(ends, ends[0]), np.concatenate([chain.bend for chain in chains]))
 
 
-def _through(profile: ToothProfile, a: float, b: float, count: int) -> Arcs:
+def _fit(piece: Piece, tolerance: float) -> Arcs:
+    return refined(piece.profile, tolerance, lambda count: _through(piece, count), Arcs.points)
+
+
+def _through(piece: Piece, count: int) -> Arcs:
     """``count`` biarcs; their error goes with the change of curvature, so that sets the spacing."""
-    grid = np.linspace(a, b, _FINE)
-    points = profile.at(grid, piece_side(a, b, grid))
+    grid, side = piece.grid(_FINE)
+    points = piece.profile.at(grid, side)
     change = np.abs(np.gradient(points.curvature, grid)) / np.abs(points.first)
     density = np.cbrt(np.maximum(change, 0.02 * float(np.max(change)))) * np.abs(points.first)
     psi = equidistribute(grid, density, count)
-    return _biarcs(profile.at(psi, piece_side(a, b, psi)))
+    return _biarcs(piece.profile.at(psi, piece.side(psi)))
 
 
 def _biarcs(nodes: ToothPoints) -> Arcs:

@@ -39,7 +39,7 @@ def deviation(profile: ToothProfile, points: ComplexArray) -> Deviation:
 def distances(profile: ToothProfile, points: ComplexArray) -> FloatArray:
     """Signed distance of each point along the outward normal, in the shape of ``points`` [mm]; exact feet.
 
-    Points must lie near the curve: each is first matched by its polar angle.
+    Points must lie near the curve: each is first matched by its polar angle, and so to its lobe where lobes differ.
     """
     lobe_angle = 2.0 * math.pi / profile.trochoid.lobes
     # A lobe is centred on its root at polar angle 0 and is run through clockwise.
@@ -48,7 +48,8 @@ def distances(profile: ToothProfile, points: ComplexArray) -> FloatArray:
     psi = np.linspace(-math.pi, math.pi, _TABLE)
     angle = np.angle(profile.at(psi).position)
     start = np.interp(-np.angle(in_lobe), -angle, psi)
-    foot, side = nearest_foot(profile, in_lobe, start)
-    on_curve = profile.at(foot, side)
+    which = None if profile.lobes_alike else np.mod(lobe, profile.trochoid.lobes)
+    foot, side = nearest_foot(profile, in_lobe, start, which)
+    on_curve = profile.at(foot, side, which)
     offset: FloatArray = (np.conj(on_curve.normal) * (in_lobe - on_curve.position)).real
     return offset

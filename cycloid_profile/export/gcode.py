@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from cycloid_profile.design.record import DesignRecord
 from cycloid_profile.export.biarc import Arcs, disc_arcs
 from cycloid_profile.export.deviation import deviation
+from cycloid_profile.export.disc_path import Ground
 from cycloid_profile.export.refine import FIT_SHARE
 from cycloid_profile.export.text import plain_name
 from cycloid_profile.export.written import WrittenFile
@@ -32,7 +32,7 @@ class GcodeExporter:
     format: str = "gcode"
     filename: str = "grinding.nc"
 
-    def write(self, record: DesignRecord, folder: Path) -> WrittenFile:
+    def write(self, record: Ground, folder: Path) -> WrittenFile:
         """Write, read back and measure the contour between lead-in and lead-out."""
         tolerance = record.spec.export.chord_tolerance_um * UM
         arcs = _from_tip(disc_arcs(record.profile, FIT_SHARE * tolerance), record)
@@ -74,15 +74,17 @@ def read_gcode(path: Path) -> tuple[Arcs, dict[str, int]]:
     return Arcs(np.array(ends), np.array(bend)), counts
 
 
-def _from_tip(arcs: Arcs, record: DesignRecord) -> Arcs:
+def _from_tip(arcs: Arcs, record: Ground) -> Arcs:
     """The same closed chain started at a tooth tip, where a lead-in does no harm."""
     radius = np.abs(arcs.ends[:-1])
-    start = int(np.argmax(radius[: len(radius) // record.drive.trochoid.lobes + 1]))
+    # Where lobes differ their arcs cannot be counted off: the highest tip of all is taken.
+    reach = len(radius) // record.drive.trochoid.lobes + 1 if record.profile.lobes_alike else len(radius)
+    start = int(np.argmax(radius[:reach]))
     ends = np.roll(arcs.ends[:-1], -start)
     return replace(arcs, ends=np.append(ends, ends[0]), bend=np.roll(arcs.bend, -start))
 
 
-def _program(record: DesignRecord, arcs: Arcs, tolerance: float) -> list[str]:
+def _program(record: Ground, arcs: Arcs, tolerance: float) -> list[str]:
     start = complex(arcs.ends[0])
     outward = start / abs(start)
     # Quarter circles that meet the tip tangentially: the path runs clockwise, −i·outward.
@@ -91,11 +93,13 @@ def _program(record: DesignRecord, arcs: Arcs, tolerance: float) -> list[str]:
     far_in, far_out = approach + _LEAD_RADIUS * outward, leave + _LEAD_RADIUS * outward
     lead_centre = start + _LEAD_RADIUS * outward
     feed = record.spec.export.feed_mm_per_min
+    differing = [] if record.profile.lobes_alike else ["(LOBES DIFFER: CLAMP THE DISC WITH ITS LOBE 1 ON THE X AXIS)"]
     lines = [
         "%",
         f"(PROFILE OF {plain_name(record.spec.name).upper()})",
         "(PATH IS THE TOOTH CURVE ITSELF: NO WHEEL RADIUS IS ALLOWED FOR)",
         "(X Y IN MM FROM THE BORE AXIS, TOOTH ROOT 1 ON THE X AXIS, CLOCKWISE)",
+        *differing,
         f"(ARCS WITHIN {tolerance / UM:.3f} MICROMETRE, {DECIMALS} DECIMALS)",
         "G17 G21 G40 G90 G91.1 G94",
         f"G0 {_xy(far_in)}",

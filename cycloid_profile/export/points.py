@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray
-from cycloid_profile.design.record import DesignRecord
 from cycloid_profile.export.deviation import deviation
+from cycloid_profile.export.disc_path import Ground, chord_phases
 from cycloid_profile.export.written import WrittenFile
 from cycloid_profile.geometry.sampling import ChordTolerance, EqualArc, chord_error, sample
 from cycloid_profile.units import UM
@@ -27,11 +27,17 @@ class ProfileCsvExporter:
     format: str = "csv"
     filename: str = "profile.csv"
 
-    def write(self, record: DesignRecord, folder: Path) -> WrittenFile:
+    def write(self, record: Ground, folder: Path) -> WrittenFile:
         """Write and read back; the deviation includes the chords between neighbouring points."""
         tolerance = record.spec.export.chord_tolerance_um * UM
-        spacing = ChordTolerance(tolerance)
-        points = sample(record.profile, spacing)
+        if record.profile.lobes_alike:
+            spacing = ChordTolerance(tolerance)
+            points = sample(record.profile, spacing)
+            closed = np.append(spacing.phases(record.profile), 2.0 * math.pi)
+        else:
+            along, side = chord_phases(record.profile, tolerance)
+            points = record.profile.at(along, side)
+            closed = np.append(along, record.profile.trochoid.phase_period)
         n = points.normal
         columns = (points.phase, *points.xy.T, n.real, n.imag, points.curvature)
         rows = zip(*(_decimals(c, d) for c, d in zip(columns, (10, 9, 9, 8, 8, 6), strict=True)), strict=True)
@@ -39,7 +45,6 @@ class ProfileCsvExporter:
         _write_table(path, PROFILE_COLUMNS, [",".join(row) for row in rows])
         back = read_table(path)
         found = deviation(record.profile, back[:, 1] + 1j * back[:, 2])
-        closed = np.append(spacing.phases(record.profile), 2.0 * math.pi)
         found = replace(found, largest=max(found.largest, chord_error(record.profile, closed)))
         return WrittenFile(self.filename, self.format, tolerance, found, "numpy", {"points": len(back)})
 
@@ -51,7 +56,7 @@ class CmmExporter:
     format: str = "cmm"
     filename: str = "cmm_nominal.csv"
 
-    def write(self, record: DesignRecord, folder: Path) -> WrittenFile:
+    def write(self, record: Ground, folder: Path) -> WrittenFile:
         """Write and read back."""
         points = sample(record.profile, EqualArc(record.spec.export.cmm_points_per_lobe))
         n = points.normal

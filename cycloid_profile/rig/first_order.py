@@ -6,16 +6,18 @@ Gaps, bearing fits, stiffnesses and plays all act like small changes of a gap or
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 import numpy as np
 
-from cycloid_profile.arrays import BoolArray, FloatArray
+from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
 from cycloid_profile.contact.influence import Influence, influence
 from cycloid_profile.contact.support import support_model
 from cycloid_profile.effects.built import Built
 from cycloid_profile.effects.pattern import removal_between
 from cycloid_profile.geometry.profile import ToothProfile
+from cycloid_profile.geometry.removal import NormalRemoval, flank_side
 from cycloid_profile.measurement.files import Measurement
 from cycloid_profile.rig.hysteresis import stage_torque
 from cycloid_profile.rig.prediction import CurvePrediction, Term, torque_before
@@ -32,6 +34,11 @@ class FirstOrder:
     def change(self, after: Built) -> FloatArray:
         """What the column gains when the reducer becomes ``after``, in its unit, shape (rows,); not NaN anywhere."""
         changed = sum(answer.term.weight * answer.rotation(after) for answer in self._terms)
+        return np.asarray(changed) / self.prediction.unit
+
+    def removed(self, removals: Mapping[int, Sequence[NormalRemoval]]) -> FloatArray:
+        """The same for small ``removals`` added to the teeth of some discs, counted from 0."""
+        changed = sum(answer.term.weight * answer.removed(removals) for answer in self._terms)
         return np.asarray(changed) / self.prediction.unit
 
 
@@ -89,10 +96,30 @@ class _TermAnswer:
             turned += ((after.encoder - before.encoder) * np.exp(-1j * self.term.output_angle)).real
         return turned + self._of_friction(after)
 
+    def removed(self, removals: Mapping[int, Sequence[NormalRemoval]]) -> FloatArray:
+        """Angle read gains by removals on some discs [rad]."""
+        turned = np.zeros(self.term.sharing.torque.size)
+        for j, some in removals.items():
+            _, weight, psi, lobe = self.loaded[j]
+            along, side = psi + 2.0 * np.pi * lobe, flank_side(psi)
+            trochoid = self.built.teeth[j].trochoid
+            for one in some:
+                turned += self._gathered(j, weight * one.jet(along, side, trochoid).value)
+        return turned
+
+    def _gathered(self, j: int, answers: FloatArray) -> FloatArray:
+        """Answers of the loaded pins of a disc, summed over each pose."""
+        some = self.loaded[j][0]
+        total: FloatArray = np.bincount(self._poses[j], weights=answers, minlength=some.shape[0])
+        return total
+
+    @cached_property
+    def _poses(self) -> list[IntArray]:
+        return [np.nonzero(some)[0] for some, _, _, _ in self.loaded]
+
     def _of_tooth(self, j: int, old: ToothProfile, new: ToothProfile) -> FloatArray:
-        some, weight, psi, lobe = self.loaded[j]
-        opened = removal_between(old, new, psi, lobe)
-        return np.bincount(np.nonzero(some)[0], weights=weight * opened, minlength=some.shape[0])
+        _, weight, psi, lobe = self.loaded[j]
+        return self._gathered(j, weight * removal_between(old, new, psi, lobe))
 
     def _misfit(self, built: Built) -> FloatArray:
         stage = self.term.sharing.stage

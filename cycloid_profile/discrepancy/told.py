@@ -1,0 +1,120 @@
+"""A diagnosis as plain values for JSON, and as tables of a spec file."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from cycloid_profile.discrepancy.detection import Finding
+from cycloid_profile.discrepancy.diagnosis import Diagnosis, FileGap
+
+_DIGITS = 6
+_UNITS = ("_um", "_arcmin", "_arcsec", "_nm_per_arcmin", "_nm", "_k", "_um_per_kn")
+SHOWN = {
+    "um": "µm",
+    "arcmin": "′",
+    "arcsec": "″",
+    "nm": "N·m",
+    "nm_per_arcmin": "N·m/′",
+    "k": "K",
+    "um_per_kn": "µm/kN",
+}
+
+
+def told(diagnosis: Diagnosis, name: str) -> dict[str, Any]:
+    """The JSON object of a diagnosis (docs/diagnosis.md, "JSON")."""
+    return {
+        "schema": 1,
+        "name": name,
+        "verdict": diagnosis.verdict,
+        "effects": [
+            {
+                "name": one.candidate.name,
+                "parameters": rounded(one.parameters),
+                "uncertainty": rounded(one.uncertainty),
+                "group": list(one.group),
+                "separate_by": one.separate_by,
+                "ln_evidence": _number(one.evidence),
+            }
+            for one in diagnosis.effects
+        ],
+        "where": [_place(finding) for finding in diagnosis.where],
+        "remainder": None if diagnosis.remainder is None else _place(diagnosis.remainder),
+        "nearest": [{"name": n, "share_explained": _number(share)} for n, share in diagnosis.nearest],
+        "not_seen": [
+            {"name": n, "smallest_detectable": smallest(size, parameter)}
+            for n, (size, parameter) in diagnosis.not_seen.items()
+        ],
+        "p_value": _number(diagnosis.detection.p_value),
+        "p_value_after": _number(diagnosis.left.p_value),
+        "gap": [_gap(gap) for gap in diagnosis.gaps],
+        "notes": list(diagnosis.notes),
+    }
+
+
+def effect_tables(diagnosis: Diagnosis, files: Mapping[str, bytes]) -> list[dict[str, Any]]:
+    """Tables ``[[effects]]`` of what was found, with uncertainty and origin; ``files``, name and content of each."""
+    data = ", ".join(f"{name} (sha256 {hashlib.sha256(text).hexdigest()[:16]})" for name, text in files.items())
+    p_before, p_after = diagnosis.detection.p_value, diagnosis.left.p_value
+    tables = []
+    for one in diagnosis.effects:
+        alike = f"; not told from {', '.join(one.group[1:])}" if len(one.group) > 1 else ""
+        origin = f"diagnosed from {data}; p {p_before:.2g} before, {p_after:.2g} after{alike}"
+        values = rounded(one.parameters)
+        tables.append(
+            {"name": one.candidate.name} | values | {"uncertainty": rounded(one.uncertainty), "origin": origin}
+        )
+    return tables
+
+
+def unit_of(parameter: str) -> str:
+    """Unit that the name of a parameter ends with, as it is printed; empty for a plain number."""
+    ending = max((u for u in _UNITS if parameter.endswith(u)), key=len, default="")
+    return ending[1:]
+
+
+def smallest(size: float, parameter: str) -> str:
+    """A smallest detectable size with its unit; of a stiffness, the largest that is seen."""
+    if not math.isfinite(size):
+        return "not visible in these files"
+    unit = unit_of(parameter)
+    if unit == "nm_per_arcmin":
+        return f"softer than {1.0 / size:.2g} {unit}"
+    return f"{size:.2g} {unit}".strip()
+
+
+def rounded(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Numbers with as many digits as anyone can use."""
+    return {key: _number(value) if isinstance(value, float) else value for key, value in values.items()}
+
+
+def _place(finding: Finding) -> dict[str, Any]:
+    return {
+        "file": finding.file,
+        "coordinate": finding.coordinate,
+        "from": _number(finding.start),
+        "to": _number(finding.end),
+        f"rms_{finding.unit}": _number(abs(finding.amplitude)),
+        "p_value": _number(finding.p_value),
+    }
+
+
+def _gap(gap: FileGap) -> dict[str, Any]:
+    return {
+        "file": gap.recording.name,
+        "unit": gap.recording.unit,
+        "noise": _number(gap.noise),
+        "noise_correlation": _number(gap.recording.noise.rho),
+        "fit_before": _number(gap.fit_before),
+        "fit_after": _number(gap.fit_after),
+        "held_out_before": _number(gap.held_out_before),
+        "held_out_after": _number(gap.held_out_after),
+        "chi2_per_row": _number(gap.chi2_per_row),
+        "closure": None if gap.closure is None else _number(gap.closure),
+    }
+
+
+def _number(value: float) -> float | None:
+    return float(f"{value:.{_DIGITS}g}") if math.isfinite(value) else None

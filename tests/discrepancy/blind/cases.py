@@ -1,0 +1,156 @@
+"""Cases for a blind test: files of one reducer with effects that nobody is told."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from .effects import KINDS, OUTSIDE, Kind
+from .hidden import Hidden
+from .loop import loop
+from .noise import Noise
+from .reducer import Reducer, spec_text
+from .scan import scan
+from .stage import Stage
+from .turn import lost_motion, transmission_error
+
+# What each file shows: a scan of disc 1 or 2, a loop, transmission error at rated and light torque, lost motion.
+FILES = {"scan": "scan", "scan2": "scan", "loop": "loop", "te": "te", "te_light": "te", "lost_motion": "lost_motion"}
+NOISE = {"scan": Noise(0.3), "loop": Noise(0.004), "te": Noise(0.15), "lost_motion": Noise(0.004)}
+_TRIES = 50
+_LIGHT = 0.03  # of the rated torque
+
+
+@dataclass(frozen=True)
+class Case:
+    """``files`` by name, without their ending; the ``truth``; ``hidden_settings`` that are no effects."""
+
+    seed: int
+    reducer: Reducer
+    files: dict[str, str]
+    truth: list[Hidden]
+    hidden_settings: dict[str, object]
+
+    def write(self, folder: Path, truth: bool = False) -> None:
+        """Spec and files into a folder; the truth only if wanted."""
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "spec.toml").write_text(spec_text(self.reducer), encoding="utf-8")
+        for name, content in self.files.items():
+            (folder / f"{name}.csv").write_text(content, encoding="utf-8")
+        if truth:
+            told = {"seed": self.seed, "effects": [one.table() for one in self.truth], **self.hidden_settings}
+            (folder / "truth.json").write_text(json.dumps(told, indent=1), encoding="utf-8")
+
+
+def draw_case(
+    seed: int,
+    *,
+    files: Sequence[str] = ("scan",),
+    effects: int = 1,
+    sizes: tuple[float, float] = (1.0, 3.0),
+    outside: int = 0,
+    names: Sequence[str] = (),
+    noise: Mapping[str, Noise] | None = None,
+    friction_forms: Sequence[str] = ("coulomb",),
+    datum: str = "bore",
+    turn_deg: float = 4.0,
+    may_bind: bool = False,
+    reducer: Reducer | None = None,
+) -> Case:
+    """A case that the seed determines.
+
+    ``effects`` of the library and ``outside`` of it, all of distinct names, among those that at least one of the
+    files shows; ``sizes`` in multiples of the typical one, drawn evenly on a logarithmic scale. ``names`` narrows
+    the choice. A scan is turned by up to ``turn_deg`` to either side (half a lobe of 39 is 4.6°: beyond it the
+    number of a lobe is lost), and shifted by up to 20 µm if its datum is free. ``noise`` by kind of file, in its unit.
+    A reducer that would bind is not put on a bench, and drawn anew, unless it ``may_bind``.
+    """
+    r = reducer or Reducer()
+    draw = np.random.default_rng([seed, 1])
+    kinds = {FILES[name] for name in files}
+    for _ in range(_TRIES):
+        truth = [
+            one
+            for pool, count in ((KINDS, effects), (OUTSIDE, outside))
+            for one in _drawn(r, pool, count, kinds, files, sizes, names, draw)
+        ]
+        if may_bind or not kinds - {"scan"} or not Stage(r, tuple(truth)).binds():
+            break
+    settings: dict[str, object] = {
+        "turn_deg": float(draw.uniform(-turn_deg, turn_deg)),
+        "offset_um": [float(v) for v in draw.uniform(-20.0, 20.0, 2)] if datum == "free" else [0.0, 0.0],
+        "output_angle_deg": round(float(draw.uniform(0.0, 360.0)), 3),
+        "friction_form": str(draw.choice(list(friction_forms))),
+    }
+    return Case(seed, r, measured(r, truth, files, settings, noise, datum, seed), truth, settings)
+
+
+def measured(
+    reducer: Reducer,
+    effects: Sequence[Hidden],
+    files: Sequence[str],
+    settings: Mapping[str, object],
+    noise: Mapping[str, Noise] | None = None,
+    datum: str = "bore",
+    seed: int = 0,
+) -> dict[str, str]:
+    """The files of one reducer, clearances found once for all of them."""
+    stage = Stage(reducer, tuple(effects))
+    heard = {**NOISE, **(noise or {})}
+    written = {}
+    for name in files:
+        kind, rated = FILES[name], reducer.rated_torque_nm
+        drawn = seed * len(FILES) + list(FILES).index(name)
+        if kind == "scan":
+            turn, offset = float(settings["turn_deg"]), tuple(settings["offset_um"])
+            disc = 2 if name == "scan2" else 1
+            written[name] = scan(
+                reducer, effects, disc=disc, noise=heard[kind], turn_deg=turn, offset_um=offset, datum=datum, seed=drawn
+            )
+        elif kind == "loop":
+            written[name] = loop(
+                reducer,
+                effects,
+                output_angle_deg=float(settings["output_angle_deg"]),
+                friction_form=str(settings["friction_form"]),
+                noise=heard[kind],
+                seed=drawn,
+                stage=stage,
+            )
+        else:
+            bench = transmission_error if kind == "te" else lost_motion
+            torque = rated if name == "te" else _LIGHT * rated
+            written[name] = bench(reducer, effects, torque_nm=torque, noise=heard[kind], seed=drawn, stage=stage)
+    return written
+
+
+def _drawn(
+    reducer: Reducer,
+    pool: Mapping[str, Kind],
+    count: int,
+    kinds: set[str],
+    files: Sequence[str],
+    sizes: tuple[float, float],
+    names: Sequence[str],
+    draw: np.random.Generator,
+) -> list[Hidden]:
+    """Effects of distinct names that the files show."""
+    seen = [name for name, kind in pool.items() if kind.shows & kinds and (not names or name in names)]
+    if count > len(seen):
+        raise ValueError(f"{count} effects wanted, but these files show only {', '.join(seen) or 'none'}")
+    found = []
+    for name in draw.choice(seen, size=count, replace=False) if count else []:
+        multiple = float(np.exp(draw.uniform(*np.log(sizes))))
+        found.append(pool[name].draw(str(name), reducer, multiple, _discs(pool[name], reducer, kinds, files), draw))
+    return found
+
+
+def _discs(kind: Kind, reducer: Reducer, kinds: set[str], files: Sequence[str]) -> tuple[int, ...]:
+    """Discs on which the effect alone would still be seen."""
+    if kind.shows & (kinds - {"scan"}):
+        return tuple(range(1, reducer.discs + 1))
+    return tuple(disc for disc, name in ((1, "scan"), (2, "scan2")) if name in files)
