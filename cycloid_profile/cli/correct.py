@@ -94,7 +94,8 @@ def correct(
         if found.nothing:
             sentence = "; ".join(found.left) or "nothing of what the scan shows stands above the noise as a smooth form"
             return _say(diagnosis, wanted.name, json, sentence, 1)
-        told = _write(found, diagnosis, wanted, limit_um, max(m["x_mm"].size for m in measured), folder, tell)
+        points = max(m["x_mm"].size for m in measured)
+        told = _write(found, diagnosis, wanted, limit_um, remainder, points, folder, tell)
     if json:
         print_json(told)
     else:
@@ -107,6 +108,7 @@ def _write(
     diagnosis: Diagnosis,
     wanted: Spec,
     limit_um: float,
+    asked: bool,
     points: int,
     folder: Path,
     tell: Callable[[str], None],
@@ -136,7 +138,7 @@ def _write(
         (scratch / "predicted_scan.csv").write_text(format_measurement(expected), encoding="utf-8", newline="\n")
         save_png(correction_plot(found, wanted.name), scratch / "correction.png")
         others = [{"path": name} for name in ("predicted_scan.csv", "correction.png", "correction.json")]
-        told = _told(found, diagnosis, wanted.name, limit_um) | {"files": [*files, *others]}
+        told = _told(found, diagnosis, wanted.name, limit_um, asked) | {"files": [*files, *others]}
         text = json.dumps(told, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
         (scratch / "correction.json").write_text(text, encoding="utf-8", newline="\n")
     return told
@@ -149,7 +151,7 @@ def _expected_scan(predicted: Built, disc: int, points: int) -> Measurement:
     return replace(scan, keys=dict(scan.keys) | {"expected": "after the correction, the machine's errors still there"})
 
 
-def _told(found: Correction, diagnosis: Diagnosis, name: str, limit_um: float) -> dict[str, Any]:
+def _told(found: Correction, diagnosis: Diagnosis, name: str, limit_um: float, asked: bool) -> dict[str, Any]:
     from cycloid_profile.discrepancy.correction import STEEPEST
     from cycloid_profile.effects.registry import table
     from cycloid_profile.units import DEGREE, UM
@@ -203,7 +205,7 @@ def _told(found: Correction, diagnosis: Diagnosis, name: str, limit_um: float) -
         "uncertainty_um": _short(found.uncertainty / UM),
         "left_by_the_model_nm": _short(found.residual / UM * 1e3),
         "not_ground_away": list(found.left),
-        "notes": [*found.cautions, *_stock(shape.added / UM)],
+        "notes": [*found.cautions, *_stock(shape.added / UM), *_not_named(found, diagnosis, asked)],
     }
 
 
@@ -213,6 +215,18 @@ def _stock(added_um: float) -> list[str]:
     return [
         f"the program leaves up to {added_um:.2f} µm more on than the drawing: it is for the next disc, or for stock"
     ]
+
+
+def _not_named(found: Correction, diagnosis: Diagnosis, asked: bool) -> list[str]:
+    if found.remainder is not None:
+        from cycloid_profile.discrepancy.remainder import in_words
+
+        return [in_words(found.remainder)]
+    if asked:
+        return ["beyond what is named nothing smooth stands above the noise: no remainder was ground"]
+    if diagnosis.remainder is not None:
+        return ["something without a name is left over: --remainder would grind its smooth part away"]
+    return []
 
 
 def _print(told: dict[str, Any], folder: Path) -> None:

@@ -122,9 +122,7 @@ def _print(values: dict[str, object], verdict: str) -> None:
     assert isinstance(gaps, list)
     columns = ("file", "noise", "fitted before", "after", "held out before", "after", "unit")
     keys = ("noise", "fit_before", "fit_after", "held_out_before", "held_out_after")
-    table = [
-        (g["file"], *("–" if g[k] is None else f"{g[k]:.4g}" for k in keys), SHOWN[g["unit"]]) for g in gaps
-    ]
+    table = [(g["file"], *("–" if g[k] is None else f"{g[k]:.4g}" for k in keys), SHOWN[g["unit"]]) for g in gaps]
     print_table("measured minus predicted, rms", columns, table)
     if verdict == "agrees":
         hidden = values["not_seen"]

@@ -259,7 +259,7 @@ def correction(
         uncertainty=math.hypot(_uncertainty(diagnosis.built, named, disc), smooth.uncertainty if smooth else 0.0),
         scans=tuple(_outlooks(diagnosis, drawing, program, disc)),
         left=(*left, *(_not_ground(one.name) for one in known if one.place is not Place.FLANK)),
-        cautions=tuple(dict.fromkeys(_CAUTIONS[name] for name in names if name in _CAUTIONS)),
+        cautions=(*dict.fromkeys(_CAUTIONS[name] for name in names if name in _CAUTIONS), *_alike(named)),
     )
 
 
@@ -368,6 +368,15 @@ def _sorted(effects: Iterable[NamedEffect], disc: int) -> tuple[tuple[NamedEffec
     return tuple(named), tuple(left)
 
 
+def _alike(named: Iterable[NamedEffect]) -> list[str]:
+    return [
+        f"{one.candidate.name} may as well be {' or '.join(one.group[1:])}: "
+        "the scan does not tell them apart, and the correction suits both"
+        for one in named
+        if len(one.group) > 1
+    ]
+
+
 def _not_ground(name: str) -> str:
     return f"{name} is no error of the flank ({EFFECTS[name].place.value}): grinding the disc does not take it away"
 
@@ -391,7 +400,7 @@ def _residuals(diagnosis: Diagnosis, grown: Built, disc: int) -> list[Residual]:
     for recording in _scanned(diagnosis, disc):
         laid = Laid(recording, grown)
         along = laid.phase + 2.0 * math.pi * laid.lobe
-        left = _settled(laid.residual, laid.nuisance, recording.noise.sigma)
+        left = _settled(laid.residual, _registration(laid), recording.noise.sigma)
         found.append(Residual(along, left * UM, recording.noise.sigma * UM, recording.noise.rho))
     return found
 
@@ -403,10 +412,17 @@ def _outlooks(diagnosis: Diagnosis, drawing: ToothProfile, program: ToothProfile
         laid = Laid(recording, bare)
         change = removal_between(drawing, program, laid.phase, laid.lobe) / UM
         sigma = recording.noise.sigma
-        before, after = (_settled(r, laid.nuisance, sigma) for r in (laid.residual, laid.residual + change))
+        free = _registration(laid)
+        before, after = (_settled(r, free, sigma) for r in (laid.residual, laid.residual + change))
         along = laid.phase + 2.0 * math.pi * laid.lobe
         found.append(Outlook(recording.name, along, before, after, sigma, laid.placed.turn))
     return found
+
+
+def _registration(laid: Laid) -> FloatArray:
+    """What the datum leaves open: the angle, and the origin where it is free. The bore is what the disc turns about."""
+    free = laid.recording.measurement.keys.get("datum", "bore") == "free"
+    return laid.nuisance if free else laid.nuisance[:, :1]
 
 
 def _settled(residual: FloatArray, nuisance: FloatArray, sigma: float) -> FloatArray:

@@ -16,6 +16,7 @@ from scipy.special import chdtrc, chdtri, chndtr, erfc
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.discrepancy.candidates import Candidate
+from cycloid_profile.discrepancy.laid import settled
 from cycloid_profile.discrepancy.normal import Normal, Whitened
 from cycloid_profile.units import DEGREE
 
@@ -79,11 +80,15 @@ def detect(
     blocks: Sequence[Whitened],
     equations: Normal | None,
     fitted: Sequence[FloatArray] | None = None,
+    settle: bool = False,
 ) -> Detection:
-    """Look everywhere. ``fitted`` columns of effects already named, one array a block, count as fitted freely."""
+    """Look everywhere. ``fitted`` columns of effects already named, one array a block, count as fitted freely.
+
+    With ``settle`` datum and drift only take what their accuracy allows: for places to show, not for p-values.
+    """
     findings: list[Finding] = []
     for i, block in enumerate(blocks):
-        z = block.projected(block.z)
+        z = block.white(settled(block.laid)) if settle else block.projected(block.z)
         if fitted is not None and fitted[i].size:
             columns = block.projected(fitted[i])
             z = z - columns @ np.linalg.lstsq(columns, z, rcond=None)[0]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -19,11 +20,12 @@ from cycloid_profile.discrepancy.detection import (
 from cycloid_profile.discrepancy.alias import always_alike, cosine
 from cycloid_profile.discrepancy.evidence import ALIAS
 from cycloid_profile.discrepancy.exact import ExactModel, Optimum, State
-from cycloid_profile.discrepancy.laid import Laid
+from cycloid_profile.discrepancy.laid import Laid, settled
 from cycloid_profile.discrepancy.lobes import counted_alike
-from cycloid_profile.discrepancy.naming import GROUP, Named, Search, linear_evidence, swaps
+from cycloid_profile.discrepancy.naming import DISTINGUISHED, Named, Search, linear_evidence, swaps
 from cycloid_profile.discrepancy.normal import Normal, Whitened, coordinates, normal
 from cycloid_profile.discrepancy.plan import separating_measurement
+from cycloid_profile.discrepancy.probes import Probes
 from cycloid_profile.discrepancy.recording import Recording, hold_all_out, hold_nothing_out, record
 from cycloid_profile.discrepancy.screening import screen
 from cycloid_profile.effects.built import Built
@@ -32,7 +34,7 @@ from cycloid_profile.measurement.files import Measurement
 
 _LEAST_EVIDENCE = 5.0
 _EXPLAINED = 0.9  # of the gap, for a name beside a remainder
-_REMAINDER = 0.05  # of the first gap
+_REMAINDER = 0.02  # of the first gap
 _RESCORED_SWAPS = 4
 
 
@@ -155,9 +157,10 @@ def diagnose(
     scanned = frozenset(r.disc for r in recordings if r.kind == "profile_scan")
     curves = any(r.kind != "profile_scan" for r in recordings)
     library = list(candidates(built, scanned, curves))
+    probes = Probes(built)
     tell("looking for what is beyond the noise")
-    recordings = counted_alike(built, recordings, library)
-    everything = ExactModel(built, [hold_nothing_out(r) for r in recordings])
+    recordings = counted_alike(built, recordings, library, probes)
+    everything = ExactModel(built, [hold_nothing_out(r) for r in recordings], probes)
     equations = normal(everything.nothing.blocks, library)
     detection = detect(everything.nothing.blocks, equations)
     not_seen = smallest_detectable(equations, detection.families)
@@ -169,7 +172,7 @@ def diagnose(
         return Diagnosis(
             built, built, "agrees", (), detection, detection, (), None, (), not_seen, gaps, tuple(notes), 0.0
         )
-    search = Search(built, recordings, library, tell)
+    search = Search(built, recordings, library, probes, tell)
     named = search.named()
     tell("checking what is left")
     best = named.best
@@ -182,14 +185,15 @@ def diagnose(
     if best.members and best.log_evidence >= _LEAST_EVIDENCE and (worst is None or explained > _EXPLAINED):
         effects = _effects(built, recordings, search, named, final, tell)
     else:
-        worst = worst or detection.striking[0]
+        worst = _most_striking(detection)
     corrected = _with(built, effects)
     last = ExactModel(corrected, [*recordings, *checks]).nothing if effects else base
     gaps = tuple(_gap(r, a, b) for r, a, b in zip((*recordings, *checks), base.laid, last.laid, strict=True))
+    where = _places(detection) or _places(detect(everything.nothing.blocks, None, settle=True))
     verdict = "effects_found" if effects else "unknown_effect"
     nearest = () if effects else _nearest(equations)
     return Diagnosis(
-        built, corrected, verdict, effects, detection, left, _places(detection), worst, nearest, not_seen, gaps,
+        built, corrected, verdict, effects, detection, left, where, worst, nearest, not_seen, gaps,
         tuple(notes), best.log_evidence,
     )  # fmt: skip
 
@@ -209,15 +213,19 @@ def _left(final: Optimum) -> Detection:
 
 
 def _worst_left(left: Detection, before: State) -> Finding | None:
-    """The most striking thing left over that is neither noise nor the error of the simulation nor a twentieth."""
-    for finding in left.striking:
-        for block in before.blocks:
-            if block.laid.recording.name == finding.file:
-                z = block.projected(block.z)
-                gap = block.laid.recording.noise.sigma * float(np.sqrt(np.mean(z**2)))
-                if abs(finding.amplitude) > _REMAINDER * gap:
-                    return finding
-    return None
+    """The most striking thing left over that is neither noise nor the error of the simulation nor small for the gap."""
+    gap = {}
+    for block in before.blocks:
+        z = block.projected(block.z)
+        gap[block.laid.recording.name] = block.laid.recording.noise.sigma * float(np.sqrt(np.mean(z**2)))
+    large = [f for f in left.striking if abs(f.amplitude) > _REMAINDER * gap.get(f.file, math.inf)]
+    return _most_striking(replace(left, findings=tuple(large))) if large else None
+
+
+def _most_striking(detection: Detection) -> Finding:
+    """The largest of the places that chance does not make; a whole file only if there is none."""
+    places = [f for f in detection.striking if f.file and f.coordinate != "file"]
+    return max(places or detection.striking, key=lambda f: abs(f.amplitude))
 
 
 def _effects(
@@ -252,6 +260,8 @@ def _effects(
 
 def _evidence_of(named: Named, search: Search, members: Sequence[Candidate]) -> float:
     """Evidence of a set, exact if it was rescored, else linear about the best."""
+    if not members:
+        return 0.0
     wanted = {id(m) for m in members}
     for optimum in named.rescored:
         if {id(m) for m in optimum.members} == wanted:
@@ -275,20 +285,26 @@ def _group(search: Search, named: Named, about: Normal, member: int, tell: Calla
         ):
             found.setdefault(candidate.name, candidate)
     others = [m for j, m in enumerate(best.members) if j != member]
-    tried = 0
-    for i, less in swaps(named, search, member):
+    tried: set[str] = set()
+    for i, _ in swaps(named, search, member):
         candidate = search.library[i]
-        if candidate.name in found or candidate.name == mine.name or tried >= _RESCORED_SWAPS:
+        if candidate.name in found or candidate.name in tried:
             continue
-        if less > GROUP + 5.0:
-            break
-        tried += 1
-        tell(f"could it be {candidate.name}?")
-        members = [*others, candidate]
-        optimum = search.model.optimum(members, search.start(named, members), search.prior, steps=4)
-        if optimum and not optimum.implausible and optimum.log_evidence > best.log_evidence - GROUP:
-            found[candidate.name] = candidate
+        if len(tried) < _RESCORED_SWAPS:
+            # The nearest rivals are judged by the exact model, the others by the linear one.
+            tried.add(candidate.name)
+            tell(f"could it be {candidate.name}?")
+            members = [*others, candidate]
+            optimum = search.model.optimum(members, search.start(named, members), search.prior, steps=4)
+            if optimum is None or optimum.implausible or _fit_of(optimum) < _fit_of(best) - DISTINGUISHED:
+                continue
+        found[candidate.name] = candidate
     return list(found.values())
+
+
+def _fit_of(optimum: Optimum) -> float:
+    """Minus half of chi² and prior of an exact optimum."""
+    return -0.5 * (optimum.state.chi2 + float(optimum.u @ optimum.u))
 
 
 def _with(built: Built, effects: Sequence[NamedEffect]) -> Built:
@@ -318,7 +334,7 @@ def _places(detection: Detection) -> tuple[Finding, ...]:
         if finding.file and finding.coordinate != "file" and key not in seen:
             seen.add(key)
             found.append(finding)
-    return tuple(found) or tuple(f for f in detection.striking if f.file)
+    return tuple(found)
 
 
 def _gap(recording: Recording, before: Laid, after: Laid) -> FileGap:
@@ -330,13 +346,8 @@ def _gap(recording: Recording, before: Laid, after: Laid) -> FileGap:
 
 
 def _rms(laid: Laid, held_out: bool) -> float:
-    """Root mean square of the residual once the nuisances are fitted to these very rows; NaN without rows."""
-    block = Whitened(laid, held_out)
-    if not block.z.size:
+    """Root mean square of the residual once the nuisances are settled on these very rows; NaN without rows."""
+    rows = (laid.recording.held_out == held_out) & np.isfinite(laid.residual)
+    if not np.any(rows):
         return float("nan")
-    plain = replace(laid.recording.noise, rho=0.0)
-    rows = laid.residual[block.chosen]
-    A = laid.nuisance[block.chosen]
-    gram = np.eye(A.shape[1]) + A.T @ A / plain.sigma**2
-    fitted = A @ np.linalg.solve(gram, A.T @ rows / plain.sigma**2)
-    return float(np.sqrt(np.mean((rows - fitted) ** 2)))
+    return float(np.sqrt(np.mean(settled(laid, held_out)[rows] ** 2)))

@@ -85,10 +85,10 @@ def _bounded(step: FloatArray) -> FloatArray:
 class ExactModel:
     """Recordings beside a reducer that may get effects; equilibria already found are kept."""
 
-    def __init__(self, built: Built, recordings: Sequence[Recording]) -> None:
+    def __init__(self, built: Built, recordings: Sequence[Recording], probes: Probes | None = None) -> None:
         self.built, self.recordings = built, tuple(recordings)
         self._nothing: State | None = None
-        self._probes = Probes(built)
+        self.probes = Probes(built) if probes is None else probes
 
     @property
     def nothing(self) -> State:
@@ -165,4 +165,4 @@ class ExactModel:
         return None
 
     def _lay(self, built: Built) -> State:
-        return State(built, tuple(Laid(recording, built, self._probes) for recording in self.recordings))
+        return State(built, tuple(Laid(recording, built, self.probes) for recording in self.recordings))

@@ -17,6 +17,10 @@ from cycloid_profile.rig.prediction import predict_curve
 from cycloid_profile.rig.registration import place_scan
 from cycloid_profile.units import DEGREE, UM
 
+# What is wider than this many standard deviations of a row is not known at all.
+_FREE = 100.0
+# Datum and drift are taken off up to so many times the accuracy they should have.
+_ACCURACIES = 2.0
 # Prior widths of what the measurement cannot know, in the unit of the column.
 DATUM_ACCURACY_UM = 0.1  # origin of a scan whose datum is the bore
 _UNKNOWN = 1e6
@@ -96,6 +100,23 @@ class Laid:
         return removal_between(before, new, self.phase, self.lobe) / UM
 
 
-def compared(laid: Laid) -> BoolArray:
-    """Rows that can be compared at all."""
-    return np.isfinite(laid.residual)
+def settled(laid: Laid, held_out: bool = False) -> FloatArray:
+    """Residual of all rows, in its unit, with what no measurement can know taken off as the fitted rows have it.
+
+    With ``held_out`` as the rows that were held out have it.
+
+    Zero and place are taken off whatever they are, drift and datum up to a few times the accuracy they should have.
+    """
+    rows = np.isfinite(laid.residual)
+    if held_out or not np.all(laid.recording.held_out):
+        rows &= laid.recording.held_out == held_out
+    A, left = laid.nuisance / laid.recording.noise.sigma, laid.residual / laid.recording.noise.sigma
+    gram = np.eye(A.shape[1]) + A[rows].T @ A[rows]
+    amount = np.linalg.solve(gram, A[rows].T @ left[rows])
+    free = np.sqrt(np.mean(A[rows] ** 2, axis=0)) > _FREE
+    amount[~free] = np.clip(amount[~free], -_ACCURACIES, _ACCURACIES)
+    if np.any(free):
+        rest = left[rows] - A[rows][:, ~free] @ amount[~free]
+        amount[free] = np.linalg.lstsq(A[rows][:, free], rest, rcond=None)[0]
+    found: FloatArray = (left - A @ amount) * laid.recording.noise.sigma
+    return found

@@ -17,11 +17,14 @@ from cycloid_profile.discrepancy.candidates import Candidate
 from cycloid_profile.discrepancy.evidence import log_priors, search
 from cycloid_profile.discrepancy.laid import Laid
 from cycloid_profile.discrepancy.normal import Normal, Whitened, normal
+from cycloid_profile.discrepancy.probes import Probes
 from cycloid_profile.discrepancy.recording import Recording
 from cycloid_profile.effects.built import Built
 
 
-def counted_alike(built: Built, recordings: Sequence[Recording], library: Sequence[Candidate]) -> list[Recording]:
+def counted_alike(
+    built: Built, recordings: Sequence[Recording], library: Sequence[Candidate], probes: Probes
+) -> list[Recording]:
     """The recordings with the lobes of all scans counted so that they agree best with the files before them."""
     ordered = sorted(recordings, key=lambda r: r.kind == "profile_scan")
     if len(ordered) < 2 or ordered[-1].kind != "profile_scan":
@@ -29,7 +32,7 @@ def counted_alike(built: Built, recordings: Sequence[Recording], library: Sequen
     placed: dict[int, Recording] = {}
     so_far: Normal | None = None
     for recording in ordered:
-        own = normal([Whitened(Laid(recording, built))], library)
+        own = normal([Whitened(Laid(recording, built, probes))], library)
         if so_far is not None and recording.kind == "profile_scan" and built.teeth[recording.disc].lobes_alike:
             lobes, own = _best_count(so_far, own, built.case.drive.trochoid.lobes)
             recording_now = counted_on(recording, -lobes, built.case.drive.trochoid.lobes)

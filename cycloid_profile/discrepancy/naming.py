@@ -17,6 +17,7 @@ from cycloid_profile.discrepancy.detection import chatter_peaks
 from cycloid_profile.discrepancy.evidence import estimate, log_priors, search
 from cycloid_profile.discrepancy.exact import ExactModel, Optimum, State
 from cycloid_profile.discrepancy.normal import Normal, coordinates, normal
+from cycloid_profile.discrepancy.probes import Probes
 from cycloid_profile.discrepancy.recording import Recording
 from cycloid_profile.discrepancy.thinning import thinned
 from cycloid_profile.effects.built import Built
@@ -35,7 +36,7 @@ _LEADING = 3
 _FINALISTS = 3
 _CLOSE = 8.0
 LEAST_CONTRIBUTION = 1.0  # times the accuracy of the simulation
-GROUP = 3.0  # difference of ln B within which sets cannot be told apart
+DISTINGUISHED = 4.5  # half chi²: three standard deviations between two explanations
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,10 +57,11 @@ class Search:
         built: Built,
         recordings: Sequence[Recording],
         library: Sequence[Candidate],
+        probes: Probes,
         tell: Callable[[str], None],
     ) -> None:
         self.tell = tell
-        self.model = ExactModel(built, recordings)
+        self.model = ExactModel(built, recordings, probes)
         self.built, self.recordings = built, tuple(recordings)
         self._take([*library, *self._chatter(self.model.nothing, ())])
 
@@ -73,7 +75,7 @@ class Search:
         if gain > _WEAK:
             # Large effects are named on few rows, small ones beside them on all rows afterwards.
             few = _FEW_ROWS if gain > _LARGE else _MANY_ROWS
-            coarse = ExactModel(self.built, [thinned(r, few) for r in self.recordings])
+            coarse = ExactModel(self.built, [thinned(r, few) for r in self.recordings], self.model.probes)
             starts += self._singles(equations, gain)
             found = self._climbed(coarse, starts, _ROUNDS)
             starts = [(self.places(o), o.u) for o in found[:1]]
@@ -175,7 +177,7 @@ class Search:
 
     def _singles(self, equations: Normal, gain: float) -> list[tuple[list[int], FloatArray]]:
         """Starts from single effects of the leading names, on few rows of the exact model."""
-        coarse = ExactModel(self.built, [thinned(r, _COARSE_ROWS) for r in self.recordings])
+        coarse = ExactModel(self.built, [thinned(r, _COARSE_ROWS) for r in self.recordings], self.model.probes)
         singles: dict[str, tuple[list[int], FloatArray]] = {}
         for scored in search(equations, self.priors, 1):
             name = self.library[scored.members[0]].name
@@ -248,19 +250,36 @@ def _fall(blocks: Sequence, columns: FloatArray) -> tuple[float, FloatArray]:
 
 
 def swaps(named: Named, search_: Search, member: int) -> list[tuple[int, float]]:
-    """Candidates that could stand in place of a member of the best set, with how much less likely they are."""
+    """Candidates that could stand in place of a member of the best set, with what they fit worse (half chi²).
+
+    Linear about the best set; those of the same name, implausible ones, and ones that fit worse by more than
+    ``DISTINGUISHED`` are left out.
+    """
     places = search_.places(named.best)
     mine = places[member]
     others = [p for p in places if p != mine]
-    base = linear_evidence(named.equations, named.priors, places)
+    base = _fit(named.equations, places)
     found = []
-    for i in range(len(search_.library)):
-        if i in places:
+    for i, candidate in enumerate(search_.library):
+        if i in places or candidate.name == search_.library[mine].name:
             continue
-        less = base - linear_evidence(named.equations, named.priors, [*others, i])
-        if less < GROUP + _CLOSE:
-            found.append((i, less))
+        members = [*others, i]
+        less = base - _fit(named.equations, members)
+        if less < DISTINGUISHED:
+            u, _ = estimate(named.equations, members)
+            own = u[-2:]
+            if float(np.hypot(*own)) * candidate.width <= candidate.implausible and not (
+                candidate.one_sided and own[0] <= 0.0
+            ):
+                found.append((i, less))
     return sorted(found, key=lambda f: f[1])
+
+
+def _fit(equations: Normal, members: Sequence[int]) -> float:
+    """Half the fall of chi² by a set, its priors counted."""
+    where = coordinates(members)
+    u, _ = estimate(equations, members)
+    return float(0.5 * u @ equations.b[where]) if len(members) else 0.0
 
 
 def linear_evidence(equations: Normal, priors: FloatArray, members: Sequence[int]) -> float:

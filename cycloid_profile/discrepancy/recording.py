@@ -14,7 +14,7 @@ from cycloid_profile.measurement.files import Measurement
 from cycloid_profile.rig.gap import COLUMN, UNITS
 from cycloid_profile.rig.prediction import predict_curve
 from cycloid_profile.rig.registration import PlacedScan, place_scan
-from cycloid_profile.units import UM
+from cycloid_profile.units import NEWTON_METRE, UM
 
 # How far the model itself can be trusted, in the unit of the column: docs/diagnosis.md, "Accuracy of the simulation".
 SIMULATION_ACCURACY = {
@@ -25,6 +25,8 @@ SIMULATION_ACCURACY = {
 }
 # Torques of a loop closer to zero than this share of the rated one are left out: friction decides there which flank holds.
 NEAR_ZERO = 0.05
+# Nor is it sure how friction turns round: so much of the rated torque behind a turning point is left out.
+NEAR_TURN = 0.05
 _BLOCKS_PER_LOBE = 6
 _BLOCKS_PER_TURN = 60
 _LOOP_BLOCK = 5
@@ -128,13 +130,23 @@ def _of_scan(built: Built, measurement: Measurement, disc: int) -> Recording:
     return Recording(measurement, disc, rows, block % _HELD_OUT == 2, noise, tuple(notes), placed)
 
 
+def _settled_rows(torque: FloatArray, rated: float) -> BoolArray:
+    """Rows of a loop away from zero torque, and from where the torque turned back: friction is on its way there."""
+    way = np.sign(np.diff(torque, prepend=torque[0]))
+    turned = np.full(torque.size, np.inf)
+    for i in range(1, torque.size):
+        back = way[i] * way[i - 1] < 0.0
+        turned[i] = torque[i - 1] if back else turned[i - 1]
+    near: BoolArray = np.abs(torque - turned) < NEAR_TURN * rated
+    return (np.abs(torque) >= NEAR_ZERO * rated) & ~near
+
+
 def _of_curve(built: Built, measurement: Measurement) -> Recording:
     residual = measurement[COLUMN[measurement.kind]] - predict_curve(built, measurement).value
     rows = np.arange(residual.size)
     notes = []
     if measurement.kind == "hysteresis":
-        torque = np.abs(measurement["torque_nm"])
-        rows = rows[torque >= NEAR_ZERO * abs(built.case.torque) / 1e3]
+        rows = rows[_settled_rows(measurement["torque_nm"], abs(built.case.torque) / NEWTON_METRE)]
         block = rows // _LOOP_BLOCK
     else:
         angle = measurement["output_angle_deg"]

@@ -222,7 +222,8 @@ class GrindingChatter(_OnDiscs):
     def _ground(self, blank: _Blank) -> ToothProfile:
         length = blank.tooth.trochoid.phase_period / self.waves_per_turn
         short = length / _POINTS_ON_WAVE if length < _SHORT_WAVE else None
-        return _with(blank.tooth, Wave(self.amplitude_um * UM, self.waves_per_turn, self.phase_deg * DEGREE, short))
+        phase = self.phase_deg * DEGREE - self.waves_per_turn * blank.mounted
+        return _with(blank.tooth, Wave(self.amplitude_um * UM, self.waves_per_turn, phase, short))
 
 
 @dataclass(frozen=True)

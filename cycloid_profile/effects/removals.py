@@ -41,13 +41,29 @@ class Wave(_WholeDisc):
     def jet(self, phase: FloatArray, side: FloatArray, trochoid: Trochoid) -> RemovalJet:
         """See ``NormalRemoval.jet``."""
         del side
-        rate = self.waves / trochoid.lobes
         if self.waves % 1.0:
-            # A number that does not come out even jumps at the tip before lobe 0, wherever the phase is counted from.
-            phase = np.mod(phase + math.pi, trochoid.phase_period) - math.pi
+            return self._uneven(phase, trochoid)
+        return self._wave(phase, trochoid)
+
+    def _wave(self, phase: FloatArray, trochoid: Trochoid) -> RemovalJet:
+        rate = self.waves / trochoid.lobes
         turned = rate * phase - self.angle
         cos, sin = self.amount * np.cos(turned), self.amount * np.sin(turned)
         return RemovalJet(cos, -rate * sin, -rate * rate * cos)
+
+    def _uneven(self, phase: FloatArray, trochoid: Trochoid) -> RemovalJet:
+        """A number that does not come out even: the last wave gives way to the first round the tip before lobe 0."""
+        period = trochoid.phase_period
+        x = np.mod(phase + math.pi + 0.5 * period, period) - 0.5 * period
+        first, last = self._wave(x - math.pi, trochoid), self._wave(x - math.pi + period, trochoid)
+        s, ds, dds = _smooth_step(x / _JUMP)
+        ds, dds = ds / _JUMP, dds / _JUMP**2
+        gap, gap1, gap2 = first.value - last.value, first.first - last.first, first.second - last.second
+        return RemovalJet(
+            last.value + s * gap,
+            last.first + s * gap1 + ds * gap,
+            last.second + s * gap2 + 2.0 * ds * gap1 + dds * gap,
+        )
 
 
 @dataclass(frozen=True, slots=True)

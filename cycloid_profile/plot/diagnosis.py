@@ -13,11 +13,10 @@ import numpy as np
 from cycloid_profile.arrays import BoolArray, FloatArray
 from cycloid_profile.discrepancy.detection import Finding
 from cycloid_profile.discrepancy.diagnosis import Diagnosis, FileGap
-from cycloid_profile.discrepancy.laid import Laid
+from cycloid_profile.discrepancy.laid import Laid, settled
 from cycloid_profile.discrepancy.told import SHOWN
 from cycloid_profile.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, new_figure, plain, style
 from cycloid_profile.rig.gap import COLUMN
-from cycloid_profile.units import UM
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,15 +31,14 @@ _QUANTITY = {
     "lost_motion_map": "lost motion",
     "profile_scan": "deviation",
 }
-_HELD = {"color": GREEN, "linewidth": 2.5, "solid_capstyle": "butt"}
-_OUTLINE = {"facecolor": "none", "edgecolor": BLACK, "linewidth": 1.3}
+_HELD: dict[str, Any] = {"color": GREEN, "linewidth": 2.5, "solid_capstyle": "butt"}
+_OUTLINE: dict[str, Any] = {"facecolor": "none", "edgecolor": BLACK, "linewidth": 1.3}
 _MISSING = "#BDBDBD"
-_FREE = 1e3  # a nuisance that may be so many standard deviations of the noise is not known at all
-_ACCURACIES = 2.0
 _WINDOW_WAVES = 4  # waves of the pins in the readable window
 _LABELLED_ORDERS = 5
 _LOW_ORDERS = 6.5  # times the number of pins
 _ROWS_PER_CELL = 4
+_CALM = 5.0  # standard deviations of a cell that are the least full colour, so that noise looks pale
 _COARSEST, _FINEST = 12, 60  # cells of a lobe
 _SMOOTHED = 12  # parts of a lobe that the line round the disc averages over
 
@@ -59,37 +57,18 @@ def pictures(diagnosis: Diagnosis, name: str) -> list[Picture]:
     return drawn
 
 
-def settled(laid: Laid) -> FloatArray:
-    """Residual of all rows, in its unit, with what no measurement can know taken off as the fitted rows have it.
-
-    Zero and place are taken off whatever they are, drift and datum up to a few times the accuracy they should have.
-    """
-    rows = np.isfinite(laid.residual)
-    if not np.all(laid.recording.held_out):
-        rows &= ~laid.recording.held_out
-    A, left = laid.nuisance / laid.recording.noise.sigma, laid.residual / laid.recording.noise.sigma
-    gram = np.eye(A.shape[1]) + A[rows].T @ A[rows]
-    amount = np.linalg.solve(gram, A[rows].T @ left[rows])
-    free = np.sqrt(np.mean(A[rows] ** 2, axis=0)) > _FREE
-    amount[~free] = np.clip(amount[~free], -_ACCURACIES, _ACCURACIES)
-    if np.any(free):
-        rest = left[rows] - A[rows][:, ~free] @ amount[~free]
-        amount[free] = np.linalg.lstsq(A[rows][:, free], rest, rcond=None)[0]
-    found: FloatArray = (left - A @ amount) * laid.recording.noise.sigma
-    return found
-
-
 def order_label(order: int, lobes: int, pins: int, poses: int) -> str:
     """An order as 39·k, 40·k or the mesh, which ``poses`` rows a turn may fold back several times."""
     names = [f"{number}·{order // number}" for number in (lobes, pins) if order % number == 0]
-    for k in (1, 2, 3):
-        mesh = k * lobes * pins
-        folded = abs((mesh + poses // 2) % poses - poses // 2)
-        if order == mesh:
-            return f"mesh {mesh}"
-        if order == folded:
-            names.append(f"mesh {mesh} folded")
+    mesh = folded_order(lobes * pins, poses)
+    if order == mesh:
+        names.append("mesh" if mesh == lobes * pins else "mesh, folded")
     return f"{order} = {' or '.join(names)}" if names else str(order)
+
+
+def folded_order(order: int, poses: int) -> int:
+    """Where an order shows with ``poses`` rows a turn."""
+    return abs((order + poses // 2) % poses - poses // 2)
 
 
 def _stem(name: str, taken: set[str]) -> str:
@@ -105,6 +84,11 @@ def _kind(gap: FileGap) -> str:
 
 def _unit(gap: FileGap) -> str:
     return SHOWN[gap.recording.unit]
+
+
+def _with_unit(value: float, gap: FileGap) -> str:
+    unit = _unit(gap)
+    return f"{value:#.3g}{unit}" if unit in "′″" else f"{value:#.3g} {unit}"
 
 
 def _sides(diagnosis: Diagnosis, gap: FileGap) -> list[tuple[str, Laid]]:
@@ -123,6 +107,8 @@ def _places(diagnosis: Diagnosis, gap: FileGap, coordinate: str) -> list[Finding
 
 def _summary(diagnosis: Diagnosis, name: str) -> Picture:
     """RMS over the noise of every file, before and after, on fitted and held-out rows."""
+    from matplotlib.ticker import LogLocator, NullFormatter
+
     changed = bool(diagnosis.effects)
     with style():
         figure = new_figure(9.5, 1.7 + (1.15 if changed else 0.75) * len(diagnosis.gaps))
@@ -137,21 +123,23 @@ def _summary(diagnosis: Diagnosis, name: str) -> Picture:
                 largest = max(largest, ratio)
                 look: dict[str, Any] = {"color": colour} if not held else {"facecolor": "white", "edgecolor": colour}
                 ax.barh(y, ratio, height=0.8, hatch="///" if held else None, linewidth=1.0, **look)
-                text = f" {value:.3g} {_unit(gap)}"
+                text = _with_unit(value, gap)
                 if held and gap.closure is not None and changed and colour == ORANGE:
-                    text += f"   gap closed by {100.0 * gap.closure:.3g} %"
-                ax.annotate(text, (ratio, y), va="center", fontsize=8.5)
+                    text += f", gap closed by {100.0 * min(gap.closure, 1.0):.1f} %"
+                ax.annotate(text, (ratio, y), xytext=(4, 0), textcoords="offset points", va="center", fontsize=8.5)
                 y += 1.0
             y += 0.8
         ax.axvline(1.0, color=BLACK, linewidth=1.2, linestyle="--")
         ax.set_xscale("log")
         ax.set_xlim(0.5, largest * (largest / 0.5) ** 0.45)
+        ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if largest < 30.0 else (1.0,)))
         ax.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
-        ax.set_yticks(middles, [f"{plain(g.recording.name)}\nnoise {g.noise:.2g} {_unit(g)}" for g in diagnosis.gaps])
+        ax.xaxis.set_minor_formatter(NullFormatter())
+        ax.set_yticks(middles, [f"{plain(g.recording.name)}\nnoise {_with_unit(g.noise, g)}" for g in diagnosis.gaps])
         ax.tick_params(axis="y", length=0)
         ax.grid(visible=False, axis="y")
         ax.invert_yaxis()
-        ax.set_xlabel("rms of measured minus predicted over the noise [–]   (dashed: the noise)")
+        ax.set_xlabel("rms of measured minus predicted over the noise [–], dashed: the noise")
         ax.set_title(f"{plain(name)}: what is left")
         _summary_legend(ax, changed)
     caption = (
@@ -191,7 +179,7 @@ def _scan(diagnosis: Diagnosis, gap: FileGap) -> tuple[Figure, str]:
     outside = [-settled(laid) for _, laid in sides]
     maps = [_cells(laid, values, lobes, cells) for (_, laid), values in zip(sides, outside, strict=True)]
     # Before and after have one scale; two cells of a thousand may exceed it.
-    least = 2.0 * gap.noise / math.sqrt(per_lobe / cells)
+    least = _CALM * gap.noise / math.sqrt(per_lobe / cells)
     scale = _round_up(max(float(np.nanquantile(np.abs(maps[0]), 0.998)), least))
     radius = 1e3 * float(np.mean(np.abs(gap.before.placed.placed[gap.recording.rows])))
     # The middle of the disc stands at −3 scales: a ring of that radius is the disc.
@@ -274,7 +262,7 @@ def _unrolled(ax: Axes, mean: FloatArray, scale: float, lobes: int) -> AxesImage
     )
     ax.set_facecolor(_MISSING)
     ax.set_xticks(range(-180, 181, 60))
-    ax.set(xlabel="phase ψ [°]   (0 root, ±180 tip)", ylabel="lobe [number]")
+    ax.set(xlabel="phase ψ [°] (0 root, ±180 tip)", ylabel="lobe [number]")
     ax.grid(visible=False)
     return drawn
 
@@ -332,7 +320,7 @@ def _loop(diagnosis: Diagnosis, gap: FileGap) -> tuple[Figure, str]:
     recording = gap.recording
     torque = recording.measurement["torque_nm"][recording.rows]
     angle = recording.measurement["angle_arcmin"][recording.rows]
-    number = recording.rows + 1.0
+    number = recording.rows.astype(np.float64) + 1.0
     figure = new_figure(11.0 if len(sides) == 2 else 7.5, 8.2)
     axes = figure.subplots(2, len(sides), squeeze=False, height_ratios=(1.5, 1.0))
     for column, (title, laid) in enumerate(sides):
@@ -374,8 +362,9 @@ def _turn(diagnosis: Diagnosis, gap: FileGap) -> tuple[Figure, str]:
     pins = diagnosis.built.case.drive.trochoid.pins
     quantity = f"{_QUANTITY[recording.kind]} [{_unit(gap)}]"
     window = _window(diagnosis, gap, angle, 360.0 * _WINDOW_WAVES / pins)
-    figure = new_figure(11.0, 12.0)
-    whole, near, spectra = figure.subfigures(3, 1, height_ratios=(1.55, 1.9, 1.15))
+    figure = new_figure(11.0, 13.0)
+    parts: Any = figure.subfigures(3, 1, height_ratios=(1.2, 1.9, 1.2))
+    whole, near, spectra = parts
     turns = whole.subplots(1, len(sides), squeeze=False, sharey=True)[0]
     lower = near.subplots(2, len(sides), squeeze=False)
     left = [settled(laid) for _, laid in sides]
@@ -393,7 +382,7 @@ def _turn(diagnosis: Diagnosis, gap: FileGap) -> tuple[Figure, str]:
         close.plot(angle[inside], value[inside], ".", color=BLUE, markersize=3.5, label="measured")
         close.plot(angle[inside], predicted[inside], color=ORANGE, linewidth=1.2, label="predicted")
         close.set(xlabel="output angle [°]", ylabel=quantity, xlim=window)
-        close.set_title(f"{title}: {_WINDOW_WAVES} pins of it", fontsize=10)
+        close.set_title(f"{title}: the window, {_WINDOW_WAVES} waves of the pins", fontsize=10)
         close.legend(loc="upper right", fontsize=9)
         low, high = close.get_ylim()
         close.set_ylim(low, high + 0.3 * (high - low))
@@ -407,7 +396,7 @@ def _turn(diagnosis: Diagnosis, gap: FileGap) -> tuple[Figure, str]:
         # A perfect reducer has the same lost motion everywhere: its ripple is not drawn as if it were large.
         _widen(turns[0], float(np.mean(value)))
     _orders(spectra, diagnosis, gap, angle, left)
-    _legend(figure, gap, outlined=bool(_places(diagnosis, gap, "output_angle_deg")))
+    _legend(figure, gap, outlined=bool(_places(diagnosis, gap, "output_angle_deg")), of=diagnosis)
     return figure, (
         "measured and predicted, measured minus predicted, and its orders per turn of the output. "
         f"A whole turn holds {pins} waves, so {_WINDOW_WAVES} of them are drawn large."
@@ -440,45 +429,33 @@ def _orders(spectra: Any, diagnosis: Diagnosis, gap: FileGap, angle: FloatArray,
     poses = round(360.0 / float(np.median(np.diff(angle))))
     low = min(round(_LOW_ORDERS * trochoid.pins), poses // 2)
     split = low < 0.9 * (poses // 2)
-    panels = spectra.subplots(1, 2 if split else 1, squeeze=False, sharey=True, width_ratios=(2.2, 1.0)[: 1 + split])[0]
+    panels = spectra.subplots(1, 2 if split else 1, squeeze=False, sharey=True, width_ratios=(2.0, 1.0)[: 1 + split])[0]
     amplitudes = [_amplitudes(angle, values, poses) for values in left]
     floor = gap.noise * math.sqrt(math.pi / angle.size)
     top = max(float(np.max(a[1:])) for a in amplitudes)
-    bottom = 0.15 * min(floor, top)
-    orders = np.arange(amplitudes[0].size)
-    looks = [(BLUE, "before" if len(left) == 2 else "measured minus predicted", 1.4), (ORANGE, "after", 1.0)]
+    bottom = 0.3 * min(floor, top)
+    mesh = folded_order(trochoid.lobes * trochoid.pins, poses)
+    looks = ((BLUE, 1.6), (ORANGE, 0.9))
     for ax in panels:
-        for amplitude, (colour, label, width) in zip(amplitudes, looks[: len(left)], strict=True):
-            ax.vlines(orders[1:], bottom, amplitude[1:], color=colour, linewidth=width, label=label)
-        ax.axhline(floor, color=BLACK, linewidth=1.0, linestyle="--", label="what noise alone gives")
+        for amplitude, (colour, width) in zip(amplitudes, looks[: len(left)], strict=True):
+            x = np.repeat(np.arange(1.0, amplitude.size), 3)
+            y = np.stack([np.full(x.size // 3, bottom), amplitude[1:], np.full(x.size // 3, np.nan)], axis=1).ravel()
+            ax.plot(x, y, color=colour, linewidth=width, rasterized=True)
+        ax.axhline(floor, color=BLACK, linewidth=1.0, linestyle="--")
+        ax.axvline(mesh, color=GREEN, linewidth=1.0, linestyle=":")
         ax.set_yscale("log")
-        ax.set_ylim(bottom, top * (top / bottom) ** 0.55)
+        # Room above for the names of the orders.
+        ax.set_ylim(bottom, top * max((top / bottom) ** 0.9, 30.0))
         ax.set_xlabel("order per turn of the output [–]")
     part = "" if angle[-1] - angle[0] > 0.95 * 360.0 else "; part of a turn only, so that orders run into each other"
     panels[0].set_title(f"orders of measured minus predicted{part}", fontsize=10)
     panels[0].set_ylabel(f"amplitude [{_unit(gap)}]")
     panels[0].set_xlim(0, low)
-    panels[-1].legend(loc="upper right", fontsize=8, framealpha=0.9, frameon=True, edgecolor="none")
     if split:
         panels[1].set_xlim(low, poses // 2 + 0.02 * poses)
         panels[1].set_title("higher orders", fontsize=10)
     for ax, (first, last) in zip(panels, ((1, low), (low + 1, poses // 2)), strict=False):
         _name_orders(ax, amplitudes[0], first, last, 4.0 * floor, (trochoid.lobes, trochoid.pins, poses))
-    mesh = trochoid.lobes * trochoid.pins
-    folded = abs((mesh + poses // 2) % poses - poses // 2)
-    mark = panels[0] if folded <= low else panels[-1]
-    where = f"mesh {mesh}" if folded == mesh else f"mesh {mesh}, folded to {folded}"
-    mark.plot([folded], [bottom], "^", color=GREEN, markersize=8, clip_on=False, zorder=6)
-    mark.annotate(
-        where,
-        (folded, bottom),
-        xytext=(-6, 6),
-        textcoords="offset points",
-        ha="right",
-        fontsize=8,
-        color=GREEN,
-        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5},
-    )
 
 
 def _amplitudes(angle: FloatArray, values: FloatArray, poses: int) -> FloatArray:
@@ -490,23 +467,32 @@ def _amplitudes(angle: FloatArray, values: FloatArray, poses: int) -> FloatArray
     return found
 
 
-def _name_orders(ax: Axes, amplitude: FloatArray, first: int, last: int, least: float, of: tuple[int, int, int]) -> None:
+def _name_orders(
+    ax: Axes, amplitude: FloatArray, first: int, last: int, least: float, of: tuple[int, int, int]
+) -> None:
     """Names of the largest orders in a panel, upright so that neighbours do not cover each other."""
     largest = first + np.argsort(amplitude[first : last + 1])[::-1]
     named = sorted(int(o) for o in largest[:_LABELLED_ORDERS] if amplitude[o] > least)
-    room = 0.025 * (last - first)
-    x = -math.inf
-    for order in named:
-        x = max(float(order), x + room)
-        ax.annotate(
+    room = 0.03 * (last - first) * (1.0 if first == 1 else 2.0)
+    # Names pushed apart to the right, and back where they would leave the panel.
+    x = np.asarray(named, dtype=np.float64)
+    for i in range(x.size):
+        x[i] = max(x[i], x[i - 1] + room if i else first + 0.5 * room)
+    for i in reversed(range(x.size)):
+        x[i] = min(x[i], x[i + 1] - room if i + 1 < x.size else last - 0.2 * room)
+    for order, at in zip(named, x, strict=True):
+        height = float(np.max(amplitude[[o for o in named if abs(o - at) < 2.0 * room] or [order]]))
+        text = ax.annotate(
             order_label(order, *of),
-            (float(order), float(amplitude[order])),
-            xytext=(x, float(amplitude[order]) * 1.3),
+            (float(at), height),
+            xytext=(0, 3),
+            textcoords="offset points",
             rotation=90,
             ha="center",
             va="bottom",
-            fontsize=8,
+            fontsize=7.5,
         )
+        text.set_in_layout(False)
 
 
 # What all curves share
@@ -537,7 +523,9 @@ def _outline_span(ax: Axes, start: float, end: float) -> None:
     ax.axvspan(start - widen, end + widen, ymin=0.03, ymax=0.97, zorder=5, **_OUTLINE)
 
 
-def _legend(figure: Figure, gap: FileGap, missing: bool = False, outlined: bool = False) -> None:
+def _legend(
+    figure: Figure, gap: FileGap, missing: bool = False, outlined: bool = False, of: Diagnosis | None = None
+) -> None:
     """What the marks mean, once for the figure."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
@@ -559,4 +547,13 @@ def _legend(figure: Figure, gap: FileGap, missing: bool = False, outlined: bool 
         handles.append(Line2D([], [], linestyle="", label="whole file held out, not fitted"))
     if outlined:
         handles.append(Patch(label="most striking", **_OUTLINE))
-    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), fontsize=9)
+    if of is not None:
+        trochoid = of.built.case.drive.trochoid
+        if of.effects:
+            handles.append(Line2D([], [], color=BLUE, linewidth=1.6, label="orders before"))
+            handles.append(Line2D([], [], color=ORANGE, linewidth=0.9, label="orders after"))
+        handles.append(Line2D([], [], color=BLACK, linestyle="--", label="orders of noise alone"))
+        mesh = f"mesh order {trochoid.lobes * trochoid.pins}, as sampled"
+        handles.append(Line2D([], [], color=GREEN, linestyle=":", label=mesh))
+    columns = len(handles) if len(handles) <= 6 else math.ceil(len(handles) / 2)
+    figure.legend(handles=handles, loc="outside lower center", ncols=columns, fontsize=9)

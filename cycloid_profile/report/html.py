@@ -27,7 +27,7 @@ def design_report(record: DesignRecord, written: list[WrittenFile], skipped: dic
         undefined=jinja2.StrictUndefined,
     )
     environment.filters["figures"] = shown
-    pictures = [(picture.caption, _inline(plots / f"{picture.name}.svg", picture.name)) for picture in PICTURES]
+    pictures = [(picture.caption, inline_svg(plots / f"{picture.name}.svg", picture.name)) for picture in PICTURES]
     return environment.get_template(TEMPLATE).render(
         s=summary(record), record=record, files=[_row(file) for file in written], skipped=skipped, pictures=pictures
     )
@@ -43,7 +43,7 @@ def _row(file: WrittenFile) -> dict[str, Any]:
     }
 
 
-def _inline(svg: Path, prefix: str) -> str:
+def inline_svg(svg: Path, prefix: str) -> str:
     """The SVG element alone, its ids made unique so that several fit on one page."""
     text = svg.read_text(encoding="utf-8")
     text = text[text.index("<svg") :]

@@ -109,7 +109,7 @@ def score(truth: Sequence[str], verdict: str, groups: Sequence[Sequence[str]], r
         left.remove(match)
         wide |= len(group) > 1
     if outside:
-        return "remainder" if remainder and not wrong else "wrong"
+        return "remainder" if remainder else "wrong"
     if wrong:
         return "more" if not left and truth else "wrong"
     if left:
@@ -175,7 +175,11 @@ def questions(seed: int, share: float = 1.0) -> list[Question]:
     add("two, five files", 40, effects=2, files=FIVE, sizes=(0.5, 1.5))
     add("three, scan", 30, effects=3, files=("scan",), sizes=(0.5, 2.0))
     add("outside, scan", 60, effects=0, outside=1, files=("scan",), sizes=(0.7, 2.0))
-    add("outside, loop", 20, effects=0, outside=1, files=("loop",), sizes=(0.7, 2.0))
+    # What a single loop shows of a form error every compliance shows too: only what is of the loop itself is outside.
+    of_loops = ("x_loop_creep", "x_rate_stiffening")
+    add("outside, loop", 20, effects=0, outside=1, files=("loop",), sizes=(0.7, 2.0), names=of_loops)
+    of_benches = ("x_three_waves", "x_tooth_to_tooth", "x_te_order7")
+    add("outside, bench", 20, effects=0, outside=1, files=BENCH, sizes=(0.7, 2.0), names=of_benches)
     return found
 
 

@@ -107,7 +107,7 @@ FLANK = {
     "wheel_wear_drift": ({"first_lobe": 8}, lambda s: -drift(s, 8)),
     "grinding_chatter": (
         {"phase_deg": PHI, "waves_per_turn": 28.0},
-        lambda s: np.cos(28.0 * s.along / LOBES - TURN),
+        lambda s: np.cos(28.0 * (s.along / LOBES + mounted(s)) - TURN),
     ),
     "missing_deformation_compensation": ({}, lambda s: np.abs(np.sin(s.along)) * s.S),
     "single_tooth_error": ({"lobe": 5}, lambda s: one_lobe(s, 5) * np.array([1.0, 0.0])[None, :, None]),

@@ -1,0 +1,247 @@
+"""Pictures and page of a diagnosis: every kind of file, labels with units, and no more said than is known."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cycloid_profile.design.ground import built_reducer
+from cycloid_profile.discrepancy.candidates import candidate_of
+from cycloid_profile.discrepancy.detection import Detection, Finding
+from cycloid_profile.discrepancy.diagnosis import Diagnosis, FileGap, NamedEffect
+from cycloid_profile.discrepancy.laid import Laid
+from cycloid_profile.discrepancy.recording import record
+from cycloid_profile.effects.registry import EFFECTS
+from cycloid_profile.plot.diagnosis import folded_order, order_label, pictures, settled
+from cycloid_profile.plot.style import style
+from cycloid_profile.report.diagnosis import cure_of, diagnosis_report, headline, odds, p_in_words, with_uncertainty
+from cycloid_profile.rig.gap import COLUMN
+from cycloid_profile.rig.simulate import Settings, simulate
+from cycloid_profile.spec.read import parse_spec
+
+PLAIN = """
+name = "plain"
+[drive]
+pins = 11
+pin_circle_radius_mm = 30.0
+pin_radius_mm = 3.0
+eccentricity_mm = 1.5
+disc_width_mm = 8.0
+discs = 1
+[modification]
+equidistant_um = 20.0
+"""
+COORDINATES = {
+    "profile_scan": "lobe",
+    "hysteresis": "row",
+    "transmission_error": "output_angle_deg",
+    "lost_motion_map": "output_angle_deg",
+}
+UNITS = {"profile_scan": "µm", "hysteresis": "′", "transmission_error": "″", "lost_motion_map": "′"}
+
+
+def _found() -> Diagnosis:
+    """One file of each kind of a reducer whose discs are out of index."""
+    built = built_reducer(parse_spec(PLAIN))
+    candidate = candidate_of(EFFECTS["cumulative_pitch_error"], {"disc": 1})
+    named = NamedEffect(candidate, np.array([3.0, 1.0]), 1e-4 * np.eye(2), ("cumulative_pitch_error",), None, 36.2)
+    corrected = named.effect.apply(built)
+    rng = np.random.default_rng(1)
+    gaps, where = [], []
+    for kind, coordinate in COORDINATES.items():
+        measured = simulate(corrected, kind, Settings(points={"hysteresis": 80}.get(kind, 330)))
+        columns = dict(measured.columns)
+        if kind != "profile_scan":
+            columns[COLUMN[kind]] = columns[COLUMN[kind]] + 0.002 * rng.standard_normal(columns[COLUMN[kind]].size)
+        else:
+            columns["x_mm"] = columns["x_mm"] + 1e-4 * rng.standard_normal(columns["x_mm"].size)
+        recording = record(built, replace(measured, columns=columns, name=f"{kind}.csv"))
+        unit = recording.unit
+        gaps.append(FileGap(recording, Laid(recording, built), Laid(recording, corrected), 2.0, 0.11, 2.1, 0.12, 1.02))
+        where.append(Finding(recording.name, unit, coordinate, 2.2, 3.4, 1.7, 1e-50))
+    before = Detection(1e-40, 20, tuple(where))
+    after = Detection(0.4, 20, (replace(where[0], p_value=0.1),))
+    hidden = {
+        "disc_oval": (0.4, "amplitude_um"),
+        "planet_runout": (math.inf, "amplitude_um"),
+        "series_compliance": (1e-4, "stiffness_nm_per_arcmin"),
+    }
+    return Diagnosis(
+        built, corrected, "effects_found", (named,), before, after, tuple(where), None, (), hidden,
+        tuple(gaps), ("2 gross errors of reading are left out",), 36.2,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def found() -> Diagnosis:
+    return _found()
+
+
+@pytest.fixture(scope="module")
+def agrees(found: Diagnosis) -> Diagnosis:
+    gaps = tuple(replace(g, before=g.after, recording=g.after.recording) for g in found.gaps)
+    return replace(
+        found, verdict="agrees", effects=(), detection=found.left, where=(), gaps=gaps, corrected=found.built
+    )
+
+
+@pytest.fixture(scope="module")
+def unknown(found: Diagnosis) -> Diagnosis:
+    gaps = tuple(replace(g, after=g.before) for g in found.gaps)
+    return replace(
+        found, verdict="unknown_effect", effects=(), remainder=found.where[0], nearest=(("disc_oval", 0.41),),
+        left=found.detection, gaps=gaps, corrected=found.built,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def pages(
+    found: Diagnosis, agrees: Diagnosis, unknown: Diagnosis, tmp_path_factory: pytest.TempPathFactory
+) -> dict[str, str]:
+    """The page of each verdict, with its pictures."""
+    written = {}
+    for diagnosis in (found, agrees, unknown):
+        folder = tmp_path_factory.mktemp(diagnosis.verdict)
+        drawn = []
+        for stem, caption, figure in pictures(diagnosis, "plain"):
+            with style():
+                figure.savefig(folder / f"{stem}.svg")
+            drawn.append((stem, caption))
+        spec = "plain_diagnosed.toml" if diagnosis.effects else None
+        written[diagnosis.verdict] = diagnosis_report(diagnosis, "plain", folder, drawn, spec)
+    return written
+
+
+def test_every_file_has_a_picture_with_units(found: Diagnosis, agrees: Diagnosis, unknown: Diagnosis) -> None:
+    for diagnosis in (found, agrees, unknown):
+        drawn = pictures(diagnosis, "plain")
+        assert [stem for stem, _, _ in drawn] == ["diagnosis_summary", *(f"gap_{kind}" for kind in COORDINATES)]
+        for (_, caption, figure), gap in zip(drawn[1:], diagnosis.gaps, strict=True):
+            assert caption.startswith(gap.recording.name)
+            labels = [text for ax in figure.axes for text in (ax.get_xlabel(), ax.get_ylabel()) if text]
+            assert all("[" in label for label in labels), labels
+            assert any(f"[{UNITS[gap.recording.kind]}]" in label for label in labels), labels
+
+
+def test_before_and_after_have_one_scale(found: Diagnosis) -> None:
+    figure = next(figure for stem, _, figure in pictures(found, "plain") if stem == "gap_profile_scan")
+    maps = [image.get_clim() for ax in figure.axes for image in ax.images]
+    assert len(maps) == 2
+    assert maps[0] == maps[1]
+    assert maps[0][0] == -maps[0][1]
+    assert "magnified" in figure.axes[0].get_title()
+
+
+def test_files_of_one_name_have_files_of_their_own(found: Diagnosis) -> None:
+    twice = replace(found, gaps=(found.gaps[0], found.gaps[0]))
+    assert [stem for stem, _, _ in pictures(twice, "plain")][1:] == ["gap_profile_scan", "gap_profile_scan_2"]
+
+
+def test_a_file_only_to_check_with_is_drawn(found: Diagnosis) -> None:
+    held = [replace(g.recording, held_out=np.ones_like(g.recording.held_out)) for g in found.gaps]
+    gaps = tuple(
+        FileGap(r, Laid(r, found.built), Laid(r, found.corrected), math.nan, math.nan, 2.0, 0.1, 1.0) for r in held
+    )
+    assert len(pictures(replace(found, gaps=gaps), "plain")) == 1 + len(gaps)
+
+
+def test_a_lobe_that_was_not_scanned_is_grey(found: Diagnosis) -> None:
+    gap = found.gaps[0]
+    rows = gap.recording.rows[gap.before.lobe != 3]
+    held = gap.recording.held_out[gap.before.lobe != 3]
+    recording = replace(gap.recording, rows=rows, held_out=held)
+    less = replace(
+        gap, recording=recording, before=Laid(recording, found.built), after=Laid(recording, found.corrected)
+    )
+    _, _, figure = pictures(replace(found, gaps=(less,)), "plain")[1]
+    (first, _) = (image.get_array() for ax in figure.axes for image in ax.images)
+    assert np.all(np.ma.getmaskarray(first)[3])
+    assert "not scanned" in [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+def test_what_is_left_after_is_noise(found: Diagnosis) -> None:
+    for gap in found.gaps:
+        left = settled(gap.after)
+        assert np.sqrt(np.mean(left**2)) < 1.5 * gap.noise
+        assert np.sqrt(np.mean(settled(gap.before) ** 2)) > 2.0 * np.sqrt(np.mean(left**2))
+
+
+@pytest.mark.parametrize(
+    ("order", "poses", "label"),
+    [
+        (40, 3000, "40 = 40·1"),
+        (78, 3000, "78 = 39·2"),
+        (1440, 3000, "1440 = 40·36 or mesh, folded"),
+        (240, 600, "240 = 40·6 or mesh, folded"),
+        (1560, 5000, "1560 = 39·40 or 40·39 or mesh"),
+        (7, 3000, "7"),
+    ],
+)
+def test_orders_are_named(order: int, poses: int, label: str) -> None:
+    assert order_label(order, 39, 40, poses) == label
+
+
+def test_the_mesh_folds_more_than_once() -> None:
+    assert [folded_order(1560, n) for n in (5000, 3000, 1200, 600, 500)] == [1560, 1440, 360, 240, 60]
+
+
+def test_a_found_effect_is_named_with_size_cure_and_evidence(pages: dict[str, str]) -> None:
+    page = pages["effects_found"]
+    assert "The simulation lacks cumulative pitch error (disc 1), 3.162 ± 0.010 µm." in page
+    assert "correct the index or the encoder mounting of the work spindle" in page
+    assert "e^36 : 1" in page
+    assert "plain_diagnosed.toml" in page
+    assert "anything below 0.4 µm" in page
+    assert "anything stiffer than 10,000 N·m/′" in page
+    assert "these files do not show it" in page
+    assert "gross errors of reading" in page
+    assert "not in the library of effects" not in page
+
+
+def test_a_group_is_one_of_these(found: Diagnosis, tmp_path: Path) -> None:
+    alike = replace(found.effects[0], group=("radial_moving_error", "thermal_growth"), separate_by="a second scan")
+    page = diagnosis_report(replace(found, effects=(alike,)), "plain", tmp_path, [], None)
+    assert "one of these, which the files cannot tell apart: radial moving error, thermal growth" in page
+    assert "A measurement that would: <strong>a second scan</strong>" in page
+    assert "If it is thermal growth: let the disc reach the temperature of the ring" in page
+
+
+def test_agreement_and_the_unknown_read_differently(pages: dict[str, str]) -> None:
+    assert "Measurement and simulation agree within the noise." in pages["agrees"]
+    assert "What to do" not in pages["agrees"]
+    unknown = pages["unknown_effect"]
+    assert "differ by something that is not in the library of effects: lobe 2 from ψ = " in unknown
+    assert "It is not in the library of effects, and it gets no name." in unknown
+    assert "41 %" in unknown
+    assert "odds" not in re.sub(r"<svg.*?</svg>", "", unknown, flags=re.DOTALL)
+
+
+def test_agreement_by_the_accuracy_of_the_simulation_is_said(agrees: Diagnosis) -> None:
+    below = replace(agrees, detection=replace(agrees.detection, p_value=1e-4))
+    assert headline(below) == "Measurement and simulation agree as closely as the simulation can be trusted."
+
+
+def test_the_page_needs_nothing_else(pages: dict[str, str]) -> None:
+    for page in pages.values():
+        assert not re.findall(r'(?:href|src)="(?!#|data:)', page)
+        assert "<script" not in page
+        ids = re.findall(r'\bid="([^"]+)"', page)
+        assert len(ids) == len(set(ids))
+
+
+def test_every_effect_has_a_cure() -> None:
+    assert all(cure_of(kind) for kind in EFFECTS.values())
+    assert cure_of(EFFECTS["thermal_growth"]).endswith("tells it from a wrong infeed")
+
+
+def test_numbers_say_no_more_than_they_know() -> None:
+    assert with_uncertainty(3.25907, 0.0213, "µm") == "3.259 ± 0.021 µm"
+    assert with_uncertainty(-107.07, 2.1, "°") == "−107.1° ± 2.1°"
+    assert p_in_words(0.0) == "p below 10⁻³⁰⁰"
+    assert p_in_words(3.5e-6) == "p = 3.5·10⁻⁶"
+    assert odds(36.2) == "e^36 : 1"
