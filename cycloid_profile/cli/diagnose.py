@@ -92,7 +92,7 @@ def _write_json(path: Path, values: dict[str, object]) -> None:
 
 
 def _print(values: dict[str, object], verdict: str) -> None:
-    from cycloid_profile.discrepancy.told import SHOWN
+    from cycloid_profile.discrepancy.told import SHOWN, chance
 
     print(f"{values['name']}: {_VERDICTS[verdict]}\n")
     effects = values["effects"]
@@ -110,13 +110,9 @@ def _print(values: dict[str, object], verdict: str) -> None:
         print()
     places = values["where"] if verdict != "unknown_effect" else [values["remainder"]]
     assert isinstance(places, list)
-    rows = [
-        (p["file"], p["coordinate"], f"{p['from']:.4g} to {p['to']:.4g}", _size(p), f"{p['p_value']:.2g}")
-        for p in places
-        if p is not None
-    ]
-    if rows:
-        print_table("where", ("file", "coordinate", "from – to", "size", "p"), rows[:8])
+    found = [(p["file"], p["coordinate"], _range(p), _size(p), chance(p["p_value"])) for p in places if p is not None]
+    if found:
+        print_table("where", ("file", "coordinate", "at", "size", "p"), found[:8])
         print()
     gaps = values["gap"]
     assert isinstance(gaps, list)
@@ -137,6 +133,11 @@ def _print(values: dict[str, object], verdict: str) -> None:
     assert isinstance(notes, list)
     for note in notes:
         print(f"note: {note}")
+
+
+def _range(place: dict[str, object]) -> str:
+    start, end = place["from"], place["to"]
+    return f"{start:.4g}" if start == end else f"{start:.4g} to {end:.4g}"
 
 
 def _size(place: dict[str, object]) -> str:

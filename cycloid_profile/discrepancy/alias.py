@@ -20,8 +20,8 @@ _STEP = 1e-3
 def always_alike(built: Built, one: Candidate, other: Candidate) -> bool:
     """Whether two flank errors remove the same shape, so that not even a scan tells them apart.
 
-    Other measurements see the flanks less sharply than a scan; two effects that a scan separates are told apart, or not,
-    by the evidence of the data at hand.
+    Other measurements see the flanks less sharply than a scan; two effects that a scan separates are told apart, or
+    not, by the evidence of the data at hand.
     """
     if Place.FLANK not in {one.kind.place} & {other.kind.place}:
         return False

@@ -20,7 +20,6 @@ from cycloid_profile.effects.built import Built
 from cycloid_profile.effects.effect import Effect, Parameter, Place, parameters
 from cycloid_profile.effects.registry import EFFECTS
 from cycloid_profile.errors import CycloidError
-from cycloid_profile.units import DEGREE
 
 # A size is as likely as a normal distribution of twice the workshop tolerance; beyond 3.5 of those it is no workshop's.
 _WIDTH_OF_TOLERANCE = 2.0
@@ -33,9 +32,9 @@ _LEAST_WAVES = 3.0
 class Candidate:
     """One hypothesis: an effect of ``kind`` with its ``choice`` of parts, its size open.
 
-    ``size`` and ``angle`` name its parameters, ``angle`` None where the size is all; ``width`` is the standard deviation
-    of each coordinate before any measurement, in the unit of the coordinate; ``inverse`` where the coordinate is the
-    reciprocal of the size; ``one_sided`` where it cannot be negative.
+    ``size`` and ``angle`` name its parameters, ``angle`` None where the size is all; ``width`` is the standard
+    deviation of each coordinate before any measurement, in the unit of the coordinate; ``inverse`` where the
+    coordinate is the reciprocal of the size; ``one_sided`` where it cannot be negative.
     """
 
     kind: type[Effect]
@@ -121,8 +120,8 @@ class Candidate:
 def candidates(built: Built, scanned: frozenset[int], curves: bool) -> tuple[Candidate, ...]:
     """All hypotheses that the files at hand could show.
 
-    Flank errors of discs in ``scanned``, counted from 0; with ``curves`` those of all discs, alone and together, and all
-    other effects. Waves of chatter are found by their spectrum and not listed.
+    Flank errors of discs in ``scanned``, counted from 0; with ``curves`` those of all discs, alone and together, and
+    all other effects. Waves of chatter are found by their spectrum and not listed.
     """
     found: list[Candidate] = []
     for kind in EFFECTS.values():

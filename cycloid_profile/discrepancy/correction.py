@@ -22,7 +22,6 @@ from cycloid_profile.effects.built import Built
 from cycloid_profile.effects.effect import Effect, Place
 from cycloid_profile.effects.pattern import removal_between
 from cycloid_profile.effects.registry import EFFECTS
-from cycloid_profile.effects.removals import Wave
 from cycloid_profile.errors import GeometryError, MeasurementError
 from cycloid_profile.geometry.profile import ToothProfile
 from cycloid_profile.geometry.removal import NormalRemoval, RemovalJet
@@ -36,7 +35,6 @@ STEEPEST = 0.03  # mm of removal per mm of path
 _POINTS_PER_LOBE = 721
 _MOST_POINTS = 8001
 _POINTS_PER_SPACING = 2
-_SEAM = 0.5  # rad to either side of the tip where a wave that does not come out even is faded
 _STEP = 1e-3
 _ROUNDS = 12
 _PULL = 2.0  # standard deviations
@@ -74,41 +72,6 @@ class Opposite:
         """See ``NormalRemoval.jet``."""
         value, first, second = self.of.jet(phase, side, trochoid)
         return RemovalJet(-value, -first, -second)
-
-
-@dataclass(frozen=True, slots=True)
-class Faded:
-    """A removal that vanishes smoothly round the tip before lobe 0, where it would jump."""
-
-    of: NormalRemoval
-
-    @property
-    def whole_disc(self) -> bool:
-        """It runs once round the disc."""
-        return True
-
-    @property
-    def spacing(self) -> float | None:
-        """See ``NormalRemoval``."""
-        return self.of.spacing
-
-    @property
-    def corners(self) -> tuple[float, ...]:
-        """See ``NormalRemoval``."""
-        return self.of.corners
-
-    def jet(self, phase: FloatArray, side: FloatArray, trochoid: Trochoid) -> RemovalJet:
-        """See ``NormalRemoval.jet``."""
-        value, first, second = self.of.jet(phase, side, trochoid)
-        period = trochoid.phase_period
-        # From the tip: −period/2 to period/2.
-        x = np.mod(phase + math.pi + 0.5 * period, period) - 0.5 * period
-        u = np.clip(np.abs(x) / _SEAM, 0.0, 1.0)
-        rate = np.sign(x) / _SEAM
-        w = u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
-        w1 = 30.0 * u**2 * (1.0 - u) ** 2 * rate
-        w2 = 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u) * rate**2
-        return RemovalJet(w * value, w1 * value + w * first, w2 * value + 2.0 * w1 * first + w * second)
 
 
 @dataclass(frozen=True, eq=False)
@@ -331,10 +294,7 @@ def _check(shape: Shape, limit: float, wheel_radius: float) -> None:
 
 
 def _turned(removal: NormalRemoval) -> NormalRemoval:
-    if isinstance(removal, Opposite):
-        return removal.of
-    jumps = isinstance(removal, Wave) and removal.waves % 1.0 != 0.0
-    return Opposite(Faded(removal) if jumps else removal)
+    return removal.of if isinstance(removal, Opposite) else Opposite(removal)
 
 
 def _repeated(drawing: ToothProfile, built: ToothProfile, program: ToothProfile) -> ToothProfile:

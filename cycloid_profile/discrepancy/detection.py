@@ -1,8 +1,9 @@
 """Is there anything beyond the noise, and where: one p-value from many looks at the whitened residual.
 
-Each look is a family of statistics that are standard normal or chi-square where nothing is hidden: sums over windows of rows,
-lobes, phases of a lobe and orders, the whole of a file, and every effect of the library. A family pays for its number, and
-the least p-value pays for the number of families (Bonferroni), so that the chance of a false alarm is at most as stated.
+Each look is a family of statistics that are standard normal or chi-square where nothing is hidden: sums over windows
+of rows, lobes, phases of a lobe and orders, the whole of a file, and every effect of the library. A family pays for
+its number, and the least p-value pays for the number of families (Bonferroni), so that the chance of a false alarm is
+at most as stated.
 """
 
 from __future__ import annotations
@@ -40,9 +41,10 @@ _APART = 2.0  # waves between two peaks
 class Finding:
     """The most striking place of one family in one file.
 
-    ``coordinate`` with its range ``start`` to ``end``; ``amplitude``, mean deviation there in the unit of the file (of an
-    effect its coordinate); ``p_value`` after paying for the number of looks of its own family; ``over_accuracy``, how it
-    compares with what the simulation can be trusted for: below 1 it may be the simulation's own error.
+    ``coordinate`` with its range ``start`` to ``end``; ``amplitude``, mean deviation there in the unit of the file
+    (of an effect its coordinate); ``p_value`` after paying for the number of looks of its own family;
+    ``over_accuracy``, how it compares with what the simulation can be trusted for: below 1 it may be the simulation's
+    own error.
     """
 
     file: str
@@ -107,8 +109,8 @@ def detect(
 def smallest_detectable(equations: Normal, families: int) -> dict[str, tuple[float, str]]:
     """For each effect the size that is found with 80 % probability, and the name of its parameter.
 
-    Noncentral chi-square at the very threshold that ``detect`` uses; infinite where the files do not show the effect. Of
-    an effect at many places the middle one is taken, of one with a direction the worst.
+    Noncentral chi-square at the very threshold that ``detect`` uses; infinite where the files do not show the effect.
+    Of an effect at many places the middle one is taken, of one with a direction the worst.
     """
     found: dict[str, list[float]] = {}
     size_of: dict[str, str] = {}
@@ -243,11 +245,11 @@ def _of_block(block: Whitened, z: FloatArray) -> list[Finding]:
     if recording.kind == "profile_scan":
         lobes = block.laid.built.case.drive.trochoid.lobes
         lobe, phase = block.laid.lobe[block.chosen].astype(int), block.laid.phase[block.chosen]
-        found.append(_bins(replace(base, coordinate="lobe"), z, lobe, np.arange(lobes) + 1.0, 0.0, sigma))
+        found.append(_bins(replace(base, coordinate="lobe"), z, lobe, np.arange(1.0, lobes + 1.0), 0.0, sigma))
         bins = np.floor((phase / (2.0 * np.pi) % 1.0) * _PHASE_BINS).astype(int) % _PHASE_BINS
         step = 360.0 / _PHASE_BINS
-        edges = np.arange(_PHASE_BINS) * step
-        edges = np.where(edges >= 180.0, edges - 360.0, edges)
+        edges = np.arange(float(_PHASE_BINS)) * step
+        edges = np.asarray(np.where(edges >= 180.0, edges - 360.0, edges), dtype=np.float64)
         found.append(_bins(replace(base, coordinate="psi_deg"), z, bins, edges, step, sigma))
         t = (position - np.pi) / lobes
         found.append(_orders(replace(base, coordinate="waves per turn"), block, t, np.arange(1.0, _LOW_ORDERS + 1.0)))

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray
+from cycloid_profile.discrepancy.alias import always_alike, cosine
 from cycloid_profile.discrepancy.candidates import Candidate, candidates
 from cycloid_profile.discrepancy.detection import (
     Detection,
@@ -17,7 +18,6 @@ from cycloid_profile.discrepancy.detection import (
     detect,
     smallest_detectable,
 )
-from cycloid_profile.discrepancy.alias import always_alike, cosine
 from cycloid_profile.discrepancy.evidence import ALIAS
 from cycloid_profile.discrepancy.exact import ExactModel, Optimum, State
 from cycloid_profile.discrepancy.laid import Laid, settled
@@ -97,7 +97,7 @@ class FileGap:
         """Share of the gap beyond the noise that is gone on held-out rows; None where there was hardly any."""
         noise2 = self.noise**2
         gap = self.held_out_before**2 - noise2
-        if gap < 0.05 * noise2:
+        if gap < noise2:
             return None
         return 1.0 - (self.held_out_after**2 - noise2) / gap
 
@@ -106,9 +106,10 @@ class FileGap:
 class Diagnosis:
     """What came out: ``verdict`` is ``agrees``, ``effects_found`` or ``unknown_effect``.
 
-    ``detection`` before and ``left`` after; ``where``, the striking places before; ``remainder``, what the named effects
-    leave, or None; ``nearest``, for an unknown effect, names of the library that come nearest with the share of the gap
-    that each explains; ``not_seen``, smallest detectable size of every effect with the name of its parameter.
+    ``detection`` before and ``left`` after; ``where``, the striking places before; ``remainder``, what the named
+    effects leave, or None; ``nearest``, for an unknown effect, names of the library that come nearest with the share
+    of the gap that each explains; ``not_seen``, smallest detectable size of every effect with the name of its
+    parameter.
     """
 
     built: Built

@@ -134,7 +134,7 @@ class ExactModel:
         for _ in range(steps):
             equations = normal(now.blocks, members)
             R = equations.R
-            step = _bounded(np.linalg.solve(np.eye(u.size) + R, equations.b - u))
+            step = _bounded(np.asarray(np.linalg.solve(np.eye(u.size) + R, equations.b - u), dtype=np.float64))
             expected = float(step @ (equations.b - u))
             if expected < _ENOUGH:
                 settled = True
@@ -145,7 +145,8 @@ class ExactModel:
             u, now = new
         fall = self.nothing.chi2 - now.chi2
         value = log_evidence_at(fall, u, R, prior(members))
-        return Optimum(members, u, np.linalg.inv(np.eye(u.size) + R), R, now, value, settled)
+        covariance = np.asarray(np.linalg.inv(np.eye(u.size) + R), dtype=np.float64)
+        return Optimum(members, u, covariance, R, now, value, settled)
 
     def _shorter(
         self, members: tuple[Candidate, ...], u: FloatArray, step: FloatArray, now: State

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cycloid_profile.arrays import BoolArray, ComplexArray, FloatArray
+from cycloid_profile.arrays import ComplexArray, FloatArray
 from cycloid_profile.discrepancy.candidates import Candidate
 from cycloid_profile.discrepancy.probes import STEP, Probes, removed
 from cycloid_profile.discrepancy.recording import Recording
@@ -30,8 +30,8 @@ _DRIFT = {"hysteresis": 0.002, "transmission_error": 0.02, "lost_motion_map": 0.
 class Laid:
     """A recording beside a reducer; arrays over the rows of the recording, in the unit of its column.
 
-    ``residual`` measured minus predicted (removal of a scan), NaN where the reducer has no prediction; ``nuisance`` shape
-    (rows, n), each column scaled by its prior width.
+    ``residual`` measured minus predicted (removal of a scan), NaN where the reducer has no prediction; ``nuisance``
+    shape (rows, n), each column scaled by its prior width.
     """
 
     def __init__(self, recording: Recording, built: Built, probes: Probes | None = None) -> None:

@@ -16,7 +16,7 @@ from cycloid_profile.discrepancy.candidates import Candidate, chatter
 from cycloid_profile.discrepancy.detection import chatter_peaks
 from cycloid_profile.discrepancy.evidence import estimate, log_priors, search
 from cycloid_profile.discrepancy.exact import ExactModel, Optimum, State
-from cycloid_profile.discrepancy.normal import Normal, coordinates, normal
+from cycloid_profile.discrepancy.normal import Normal, Whitened, coordinates, normal
 from cycloid_profile.discrepancy.probes import Probes
 from cycloid_profile.discrepancy.recording import Recording
 from cycloid_profile.discrepancy.thinning import thinned
@@ -199,7 +199,7 @@ class Search:
         return [(members, u) for value, members, u in optima[:2] if value > 0.0]
 
     def _second_order(self, coarse: ExactModel, gain: float) -> list[tuple[list[int], FloatArray]]:
-        """Starts for what all discs or pins share: to first order it cancels, what is left turns with twice its angle."""
+        """Starts for what all discs or pins share: it cancels to first order, the rest turns with twice its angle."""
         if not any(r.kind in {"transmission_error", "lost_motion_map"} for r in self.recordings):
             return []
         found = []
@@ -236,7 +236,7 @@ def _all_contribute(equations: Normal, members: list[int], u: FloatArray) -> boo
     return all(equations.contribution(members, u, i) >= LEAST_CONTRIBUTION for i in range(len(members)))
 
 
-def _fall(blocks: Sequence, columns: FloatArray) -> tuple[float, FloatArray]:
+def _fall(blocks: Sequence[Whitened], columns: FloatArray) -> tuple[float, FloatArray]:
     """Fall of chi² by free amounts of ``columns`` over all rows of all recordings, and the amounts."""
     b, R, at = np.zeros(columns.shape[1]), np.zeros((columns.shape[1],) * 2), 0
     for block in blocks:
@@ -245,7 +245,7 @@ def _fall(blocks: Sequence, columns: FloatArray) -> tuple[float, FloatArray]:
         at += rows
         b += block.product(G, block.z)
         R += block.product(G, G)
-    amounts = np.linalg.lstsq(R, b, rcond=1e-9)[0]
+    amounts = np.asarray(np.linalg.lstsq(R, b, rcond=1e-9)[0], dtype=np.float64)
     return float(amounts @ b), amounts
 
 

@@ -1,16 +1,19 @@
 """Noise of a measured row: white or correlated from row to row, told from the data themselves.
 
-Effects show as lines in the spectrum or at its low end. The median of the spectrum in bands above that sees only noise, and
-its slope tells how much of the noise neighbouring rows share.
+Effects show as lines in the spectrum or at its low end. The median of the spectrum in bands above that sees only
+noise, and its slope tells how much of the noise neighbouring rows share.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeVar, cast
 
 import numpy as np
 
-from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
+from cycloid_profile.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+
+Values = TypeVar("Values", FloatArray, ComplexArray)
 
 # Beyond so many standard deviations a difference is no noise: a step, a pit, a slip.
 _CLIPPED = 4.5
@@ -26,21 +29,19 @@ _GROSS = 7.0
 
 @dataclass(frozen=True, slots=True)
 class Noise:
-    """First-order autoregressive noise: standard deviation ``sigma`` in the unit of the column, ``rho`` of neighbours."""
+    """First-order autoregressive noise: standard deviation ``sigma`` in the unit of the column, correlation ``rho``."""
 
     sigma: float
     rho: float = 0.0
 
-    def whiten(self, values: FloatArray, starts: BoolArray) -> FloatArray:
+    def whiten(self, values: Values, starts: BoolArray) -> Values:
         """Rows in units of independent noise; ``starts`` marks rows without a neighbour before. Shape kept."""
-        values = np.asarray(values)
         if self.rho == 0.0:
             return values / self.sigma
         before = np.roll(values, 1, axis=0)
         fresh = (values - self.rho * before) / (self.sigma * np.sqrt(1.0 - self.rho**2))
         first = starts if values.ndim == 1 else starts[:, np.newaxis]
-        white: FloatArray = np.where(first, values / self.sigma, fresh)
-        return white
+        return cast("Values", np.where(first, values / self.sigma, fresh))
 
 
 def spectral_noise(residual: FloatArray, stated: float | None = None) -> Noise:

@@ -1,4 +1,4 @@
-"""Whitened normal equations of recordings and hypotheses, what no measurement can know marginalised (docs/theory.md, Eq. 52)."""
+"""Whitened normal equations of recordings and hypotheses, nuisances marginalised (docs/theory.md, Eq. 52)."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from cycloid_profile.arrays import BoolArray, FloatArray
 from cycloid_profile.discrepancy.candidates import Candidate
 from cycloid_profile.discrepancy.laid import Laid
+from cycloid_profile.discrepancy.noise import Values
 
 
 class Whitened:
@@ -35,7 +36,7 @@ class Whitened:
             found[:, i, : candidate.coordinates] = candidate.width * self._white(self.laid.columns(candidate))
         return found.reshape(self.z.size, 2 * len(candidates))
 
-    def white(self, values: FloatArray) -> FloatArray:
+    def white(self, values: Values) -> Values:
         """Whitened values of all rows, of the chosen rows."""
         return self._white(values)
 
@@ -54,7 +55,7 @@ class Whitened:
         """zᵀ M z."""
         return float(self.product(self.z, self.z))
 
-    def _white(self, values: FloatArray) -> FloatArray:
+    def _white(self, values: Values) -> Values:
         return self.laid.recording.noise.whiten(values[self.chosen], self.starts)
 
 

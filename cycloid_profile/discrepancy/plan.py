@@ -70,7 +70,9 @@ def visibility(built: Built, tell: Callable[[str], None] = lambda _: None) -> li
     for design in DESIGNS:
         tell(f"what a {design.name} shows")
         parts.append(information(built, design, library))
-    together = replace(parts[0], R=sum(part.R for part in parts), b=sum(part.b for part in parts))
+    together = replace(
+        parts[0], R=np.sum([part.R for part in parts], axis=0), b=np.sum([part.b for part in parts], axis=0)
+    )
     found = []
     for name, equations in [*((d.name, p) for d, p in zip(DESIGNS, parts, strict=True)), ("all of these", together)]:
         found += _visible(name, equations)

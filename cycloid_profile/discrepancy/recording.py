@@ -23,7 +23,7 @@ SIMULATION_ACCURACY = {
     "transmission_error": 0.02,
     "lost_motion_map": 0.001,
 }
-# Torques of a loop closer to zero than this share of the rated one are left out: friction decides there which flank holds.
+# Torques of a loop closer to zero than this share of the rated one are left out: friction decides which flank holds.
 NEAR_ZERO = 0.05
 # Nor is it sure how friction turns round: so much of the rated torque behind a turning point is left out.
 NEAR_TURN = 0.05
@@ -38,8 +38,8 @@ class Recording:
     """A measured file with what is known of it before any effect is thought of.
 
     ``rows`` of the file that are used, in the order along the disc, the angle or the loop; ``held_out``, shape of
-    ``rows``, true where they are kept for the check; ``disc`` scanned, counted from 0, and where it was first ``placed``;
-    ``notes``, sentences about the data.
+    ``rows``, true where they are kept for the check; ``disc`` scanned, counted from 0, and where it was first
+    ``placed``; ``notes``, sentences about the data.
     """
 
     measurement: Measurement

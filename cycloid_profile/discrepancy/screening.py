@@ -14,18 +14,23 @@ from cycloid_profile.errors import MeasurementError
 from cycloid_profile.measurement.files import Measurement
 from cycloid_profile.rig.gap import COLUMN
 from cycloid_profile.rig.prediction import predict_curve
-from cycloid_profile.units import NEWTON_METRE
+from cycloid_profile.rig.registration import place_scan
+from cycloid_profile.units import ARCMIN, NEWTON_METRE
 
 _LEAST_PER_LOBE = 8
 _NEAR = 0.03  # of a size: within that a ratio is taken for the one of two units
 _MOST_LOBES = 400
-_FAR = 25.0  # times more or less than predicted: no reducer, a unit
+# Median distances that no grinding machine is off by: of the points from the tooth, and about their middle.
+_ANOTHER_DISC = 0.05  # mm
+_ANOTHER_FORM = 0.025  # mm
+_FAR = 25.0  # times more than predicted: no reducer, a unit
+_LOOSE = 0.05  # mm of play on each flank that is believed beyond that
+_STIFF = 0.35  # of the elastic twist, with rigid bearings and much friction: less is no reducer, a unit
+_OVERLOAD = 20.0  # times the rated torque
+_QUIET = 0.01  # arcsec rms; encoders see no less
+_LEAST_ROWS = 12
 _LENGTHS = {1.0 / 25.4: "inch", 1e3: "µm", 1e-3: "m", 0.1: "cm"}
-_ANGLES = {
-    "hysteresis": {60.0: "arcsec", 1.0 / 60.0: "degrees", math.radians(1.0 / 60.0): "rad"},
-    "lost_motion_map": {60.0: "arcsec", 1.0 / 60.0: "degrees", math.radians(1.0 / 60.0): "rad"},
-}
-_UNIT_NAMES = {"hysteresis": "arcmin", "lost_motion_map": "arcmin"}
+_UNITS = {60.0: "arcsec", 1.0 / 60.0: "degrees", math.radians(1.0 / 60.0): "rad"}  # of a twist, in arcmin
 
 
 def screen(built: Built, measurement: Measurement) -> None:
@@ -36,8 +41,8 @@ def screen(built: Built, measurement: Measurement) -> None:
     if measurement.kind == "hysteresis":
         _loop(built, measurement)
     else:
-        _turn(measurement)
-    if measurement.kind in _ANGLES:
+        _turn(built, measurement)
+    if measurement.kind in {"hysteresis", "lost_motion_map"}:
         _angles(built, measurement)
 
 
@@ -49,6 +54,9 @@ def _scan(built: Built, measurement: Measurement) -> None:
             measurement, "points", z.size, f"are too few for {trochoid.lobes} lobes",
             f"scan at least {_LEAST_PER_LOBE} points on a lobe, on a quarter of the lobes",
         )  # fmt: skip
+    distance, spread = _distance(built, measurement)
+    if distance < _ANOTHER_DISC and spread < _ANOTHER_FORM:
+        return
     if measurement.keys.get("datum") == "free":
         z = z - _centre(z)
     radius = np.abs(z)
@@ -73,6 +81,34 @@ def _scan(built: Built, measurement: Measurement) -> None:
             measurement, "lobes", lobes, f"are not the {trochoid.lobes} of this drive",
             "check drive and tooth count: this is a scan of another disc",
         )  # fmt: skip
+    if not math.isfinite(distance):
+        raise _wrong(
+            measurement, "the points", "lie", "nowhere near the tooth",
+            "check drive, origin and whether the radius of the ball is taken off: this is a scan of another disc", " ",
+        )  # fmt: skip
+    far, limit, of = (
+        (distance, _ANOTHER_DISC, "median distance from the tooth")
+        if distance >= _ANOTHER_DISC
+        else (spread, _ANOTHER_FORM, "median departure from the form of the tooth")
+    )
+    raise _wrong(
+        measurement, of, f"{far:.3f} mm", f"is more than {limit:g} mm",
+        "check eccentricity, pins and modification of the spec: this is a scan of another disc",
+    )  # fmt: skip
+
+
+def _distance(built: Built, measurement: Measurement) -> tuple[float, float]:
+    """Median distance from the disc that fits best, and from the median of all [mm]; infinite if none fits."""
+    best = (math.inf, math.inf)
+    for tooth in {id(tooth): tooth for tooth in built.teeth}.values():
+        try:
+            with np.errstate(all="ignore"):
+                removal = place_scan(tooth, measurement).removal
+        except (MeasurementError, np.linalg.LinAlgError):
+            continue
+        found = float(np.median(np.abs(removal))), float(np.median(np.abs(removal - np.median(removal))))
+        best = min(best, found)
+    return best
 
 
 def _centre(z: np.ndarray) -> complex:
@@ -100,47 +136,62 @@ def _loop(built: Built, measurement: Measurement) -> None:
     torque, angle = measurement["torque_nm"], measurement["angle_arcmin"]
     rated = abs(built.case.torque) / NEWTON_METRE
     peak = float(np.max(np.abs(torque)))
-    if peak > 20.0 * rated:
+    _overload(built, measurement, "largest torque", peak)
+    if torque.size < _LEAST_ROWS:
         raise _wrong(
-            measurement, "largest torque", f"{peak:.5g} N·m", f"is over 20 times the rated {rated:.5g} N·m",
-            "check the unit, which may be N·mm, and the drive",
-        )  # fmt: skip
+            measurement, "rows", torque.size, f"are fewer than {_LEAST_ROWS}", "measure the loop in smaller steps"
+        )
     if peak < 0.05 * rated:
         raise _wrong(
             measurement, "largest torque", f"{peak:.5g} N·m", f"is below 5 % of the rated {rated:.5g} N·m",
             "check the unit, which may be kN·m, or load the reducer further",
         )  # fmt: skip
+    if np.ptp(torque) < 0.05 * rated:
+        raise _wrong(
+            measurement, "torque", "hardly changes,", "so that nothing is loaded and relieved",
+            "give a loop of 0 → +T → −T → +T", " ",
+        )  # fmt: skip
     step = float(np.median(np.abs(np.diff(torque))))
     if step > 0.15 * np.ptp(torque):
         raise _wrong(
-            measurement, "torque", f"jumps by {step:.4g} N·m from row to row", "which no loop does",
+            measurement, "torque", f"jumps by {step:.4g} N·m from row to row,", "which no loop does",
             "give the rows in the order of measurement", " ",
         )  # fmt: skip
     stiffness = float(np.polyfit(torque, angle, 1)[0])
     if stiffness < 0.0:
         raise _wrong(
-            measurement, "angle", "falls as the torque rises", "which no reducer does",
+            measurement, "angle", "falls as the torque rises,", "which no reducer does",
             "check the signs of torque and angle", " ",
         )  # fmt: skip
 
 
-def _turn(measurement: Measurement) -> None:
+def _overload(built: Built, measurement: Measurement, what: str, torque: float) -> None:
+    rated = abs(built.case.torque) / NEWTON_METRE
+    if abs(torque) > _OVERLOAD * rated:
+        raise _wrong(
+            measurement, what, f"{torque:.5g} N·m", f"is over {_OVERLOAD:g} times the rated {rated:.5g} N·m",
+            "check the unit, which may be N·mm, and the drive",
+        )  # fmt: skip
+
+
+def _turn(built: Built, measurement: Measurement) -> None:
+    _overload(built, measurement, "torque_nm", measurement.number("torque_nm") or 0.0)
     angle = measurement["output_angle_deg"]
     span = float(np.ptp(angle))
     if span > 10.0 * 360.0:
         raise _wrong(
-            measurement, "output angle", f"spans {span:.5g}°", "which is more than ten turns",
+            measurement, "output angle", f"spans {span:.5g}°,", "which is more than ten turns",
             "check the unit, which may be arcmin, or give one turn", " ",
         )  # fmt: skip
     if angle.size > 50 and abs(span / (2.0 * math.pi) - 1.0) < _NEAR:
         raise _wrong(
-            measurement, "output angle", f"spans {span:.5g}", "which is one turn in rad, not in degrees",
+            measurement, "output angle", f"spans {span:.5g},", "which is one turn in rad, not in degrees",
             "convert the column to degrees", " ",
         )  # fmt: skip
     if measurement.kind == "transmission_error":
         error = measurement["error_arcsec"]
         rms = float(np.std(error))
-        if rms < 1e-3:
+        if rms < _QUIET and rms < max(0.1 * _QUIET, 0.3 * float(np.nanstd(predict_curve(built, measurement).value))):
             raise _wrong(
                 measurement, "transmission error", f"{rms:.3g} rms", "is smaller than any encoder sees in arcsec",
                 "check the unit, which may be rad or degrees",
@@ -153,20 +204,43 @@ def _turn(measurement: Measurement) -> None:
 
 
 def _angles(built: Built, measurement: Measurement) -> None:
-    measured = measurement[COLUMN[measurement.kind]]
-    predicted = predict_curve(built, measurement).value
-    if measurement.kind == "hysteresis":
-        ratio = float(np.ptp(measured) / np.nanmax([np.nanmax(predicted) - np.nanmin(predicted), 1e-9]))
-    else:
-        ratio = float(np.median(measured) / np.nanmedian(predicted))
-    if 1.0 / _FAR < abs(ratio) < _FAR:
+    """A twist that only another unit makes: looser than believable, or stiffer than mesh and bearings alone."""
+    measured, predicted = measurement[COLUMN[measurement.kind]], predict_curve(built, measurement).value
+    there = np.isfinite(predicted)
+    if not np.any(there):
         return
-    units = _ANGLES[measurement.kind]
-    likely = min(units, key=lambda factor: abs(math.log(abs(ratio) / factor)) if ratio else math.inf)
+    if measurement.kind == "hysteresis":
+        found, expected = float(np.ptp(measured)), float(np.ptp(predicted[there]))
+        least = _STIFF * _elastic(measurement["torque_nm"], predicted)
+    else:
+        found, expected = float(np.median(measured)), float(np.median(predicted[there]))
+        if found * expected < 0.0:
+            raise _wrong(
+                measurement, "lost motion", f"is {found:.4g}′ at a torque that makes it {expected:.4g}′,",
+                "so that load would turn the output back", "give the angle at +torque minus that at −torque", " ",
+            )  # fmt: skip
+        found, expected = abs(found), abs(expected)
+        least = expected / _FAR
+    most = _FAR * expected + 2.0 * _LOOSE / built.case.drive.trochoid.longest_lever / ARCMIN
+    if least <= found <= most:
+        return
+    ratio = found / max(expected, 1e-9)
+    likely = min(_UNITS, key=lambda factor: abs(math.log(ratio / factor)) if ratio else math.inf)
+    unit = f"; it may be in {_UNITS[likely]}" if ratio else ""
     raise _wrong(
-        measurement, "angle", f"is {ratio:.3g} times what the simulation gives", "which is no reducer but a unit",
-        f"check the column, which must be in {_UNIT_NAMES[measurement.kind]}; it may be in {units[likely]}", " ",
+        measurement, "angle", f"is {ratio:.3g} times what the simulation gives,", "which is no reducer but a unit",
+        f"check the column, which must be in arcmin{unit}", " ",
     )  # fmt: skip
+
+
+def _elastic(torque: np.ndarray, predicted: np.ndarray) -> float:
+    """Twist of a predicted loop between its ends without its backlash: the sum of what each flank yields."""
+    twist = 0.0
+    for side in (1.0, -1.0):
+        loaded = np.isfinite(predicted) & (side * torque > 0.03 * np.max(np.abs(torque)))
+        if np.count_nonzero(loaded) > 1:
+            twist += float(np.ptp(predicted[loaded]))
+    return twist
 
 
 def _wrong(

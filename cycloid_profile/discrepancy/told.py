@@ -61,12 +61,17 @@ def effect_tables(diagnosis: Diagnosis, files: Mapping[str, bytes]) -> list[dict
     tables = []
     for one in diagnosis.effects:
         alike = f"; not told from {', '.join(one.group[1:])}" if len(one.group) > 1 else ""
-        origin = f"diagnosed from {data}; p {p_before:.2g} before, {p_after:.2g} after{alike}"
+        origin = f"diagnosed from {data}; p {chance(p_before)} before, {chance(p_after)} after{alike}"
         values = rounded(one.parameters)
         tables.append(
             {"name": one.candidate.name} | values | {"uncertainty": rounded(one.uncertainty), "origin": origin}
         )
     return tables
+
+
+def chance(p: float) -> str:
+    """A p-value for people: no chance is zero."""
+    return f"{p:.2g}" if p > 1e-300 else "< 1e-300"
 
 
 def unit_of(parameter: str) -> str:
@@ -82,7 +87,7 @@ def smallest(size: float, parameter: str) -> str:
     unit = unit_of(parameter)
     if unit == "nm_per_arcmin":
         return f"softer than {1.0 / size:.2g} {unit}"
-    return f"{size:.2g} {unit}".strip()
+    return f"{size:.2g} {'K' if unit == 'k' else unit}".strip()
 
 
 def rounded(values: Mapping[str, Any]) -> dict[str, Any]:

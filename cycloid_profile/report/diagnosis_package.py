@@ -35,7 +35,7 @@ def write_diagnosis(
     folder: Path,
     tell: Callable[[str], None] = lambda _: None,
 ) -> WrittenDiagnosis:
-    """Write ``report.html``, ``plots``, ``diagnosis.json`` and, with effects found, SPEC_diagnosed.toml into ``folder``.
+    """Write report, plots and result into ``folder``, and SPEC_diagnosed.toml where effects were found.
 
     The spec file itself is left as it is.
     """

@@ -60,7 +60,7 @@ class _TermAnswer:
         found = []
         sense = np.sign(self.term.sharing.torque)[:, np.newaxis]
         for j in range(self.built.discs):
-            weight = self.influence.pins[:, j]
+            weight: FloatArray = self.influence.pins[:, j]
             some = weight != 0.0
             # The phase of the pin is that of its foot within the approach: micrometres along the flank.
             psi = (sense * self.term.sharing.phase[:, j])[some]
@@ -110,8 +110,7 @@ class _TermAnswer:
     def _gathered(self, j: int, answers: FloatArray) -> FloatArray:
         """Answers of the loaded pins of a disc, summed over each pose."""
         some = self.loaded[j][0]
-        total: FloatArray = np.bincount(self._poses[j], weights=answers, minlength=some.shape[0])
-        return total
+        return np.asarray(np.bincount(self._poses[j], weights=answers, minlength=some.shape[0]), dtype=np.float64)
 
     @cached_property
     def _poses(self) -> list[IntArray]:
@@ -127,7 +126,7 @@ class _TermAnswer:
         return support_model(built.case.drive, stage.meshing.crank_angle, built.parts).misfit
 
     def _of_stiffness(self, after: Built) -> FloatArray:
-        """Softer contacts open like gaps, softer or looser bearings stretch like misfits, by what their force takes up."""
+        """Softer contacts open like gaps, softer or looser bearings stretch like misfits, by what their force takes."""
         sharing, old, new = self.term.sharing, self.built.case, after.case
         turned = np.zeros(sharing.torque.size)
         if new.law is not old.law:

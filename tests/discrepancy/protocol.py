@@ -23,6 +23,7 @@ from cycloid_profile.discrepancy.diagnosis import diagnose
 from cycloid_profile.effects.built import Built
 from cycloid_profile.measurement.files import parse_measurement
 from cycloid_profile.spec.read import parse_spec
+from tests.discrepancy.baseline import named_by_bic
 from tests.discrepancy.blind import Reducer, draw_case, spec_text
 
 # Pairs that no ordinary measurement tells apart: naming one with the other in its group is right.
@@ -58,6 +59,7 @@ class Answer:
     closure: float
     seconds: float
     error: str = ""
+    baseline: str = ""
 
 
 OUTCOMES = ("exact", "group", "remainder", "subset", "more", "wrong", "unknown", "agrees", "failed")
@@ -66,16 +68,22 @@ OUTCOMES = ("exact", "group", "remainder", "subset", "more", "wrong", "unknown",
 def ask(question: Question) -> Answer:
     """Draw, diagnose, score."""
     case = draw_case(question.seed, **question.asked)
+    baseline = ""
     truth = [one.table() for one in case.truth]
     start = time.perf_counter()
     try:
         measured = [parse_measurement(text, f"{name}.csv") for name, text in case.files.items()]
         discs = [1 if name == "scan2" else 0 for name in case.files]
-        found = diagnose(_reducer(spec_text(case.reducer)), measured, discs)
+        built = _reducer(spec_text(case.reducer))
+        names = named_by_bic(built, measured, discs)
+        verdict = "effects_found" if names else "agrees"
+        baseline = score([t["name"] for t in truth], verdict, [[n] for n in names], False)
+        start = time.perf_counter()
+        found = diagnose(built, measured, discs)
     except Exception as error:  # a crash is an outcome, to be counted
         return Answer(
             question.section, question.seed, truth, "", [], [], "failed", [], math.nan, math.nan,
-            time.perf_counter() - start, f"{type(error).__name__}: {error}",
+            time.perf_counter() - start, f"{type(error).__name__}: {error}", baseline,
         )  # fmt: skip
     named = [{"name": e.candidate.name} | e.parameters for e in found.effects]
     groups = [list(e.group) for e in found.effects]
@@ -85,7 +93,7 @@ def ask(question: Question) -> Answer:
     z = _errors(truth, found.effects) if outcome in {"exact", "group"} else []
     return Answer(
         question.section, question.seed, truth, found.verdict, named, groups, outcome, z, worst,
-        min(closures, default=math.nan), time.perf_counter() - start,
+        min(closures, default=math.nan), time.perf_counter() - start, "", baseline,
     )  # fmt: skip
 
 
@@ -197,19 +205,39 @@ def run(asked: Sequence[Question], workers: int, out: Path | None = None) -> lis
     return answers
 
 
-def table(answers: Sequence[Answer]) -> str:
-    """Counts by section and outcome, with the interval of the first column."""
+def table(answers: Sequence[Answer], baseline: bool = False) -> str:
+    """Counts by section and outcome, with the interval of the share that is right; of the ``baseline`` if wanted."""
     by: dict[str, Counter[str]] = defaultdict(Counter)
     for answer in answers:
-        by[answer.section][answer.outcome] += 1
-    lines = ["| section | cases | " + " | ".join(OUTCOMES) + " | right, 95 % interval |", "|---" * (len(OUTCOMES) + 3) + "|"]
+        by[answer.section][answer.baseline if baseline else answer.outcome] += 1
+    head = "| section | cases | " + " | ".join(OUTCOMES) + " | right, 95 % interval |"
+    lines = [head, "|---" * (len(OUTCOMES) + 3) + "|"]
     for section, counts in by.items():
         total = sum(counts.values())
-        right = counts["exact"] + counts["group"]
+        right = counts["exact"] + counts["group"] + (counts["remainder"] if section.startswith("outside") else 0)
         low, high = clopper_pearson(right, total)
         cells = " | ".join(str(counts[o] or "") for o in OUTCOMES)
         lines.append(f"| {section} | {total} | {cells} | {right / total:.2f}, {low:.2f} to {high:.2f} |")
     return "\n".join(lines)
+
+
+def calibration(answers: Sequence[Answer]) -> str:
+    """Intervals, held-out rows, closure and time in a sentence each."""
+    z = [value for answer in answers for value in answer.z]
+    inside = sum(abs(value) < 1.96 for value in z)
+    held = [a.held_out for a in answers if a.outcome in {"exact", "group"} and math.isfinite(a.held_out)]
+    good = sum(value <= 1.1 for value in held)
+    closures = [a.closure for a in answers if a.outcome in {"exact", "group"} and math.isfinite(a.closure)]
+    closed = sum(value >= 0.9 for value in closures)
+    seconds = sorted(a.seconds for a in answers)
+    return "\n".join(
+        [
+            f"95 % intervals hold the true size in {inside} of {len(z)}",
+            f"worst file's held-out rms within 1.1 of the noise in {good} of {len(held)}",
+            f"at least 90 % of the gap closed in {closed} of {len(closures)}",
+            f"seconds: median {seconds[len(seconds) // 2]:.1f}, longest {seconds[-1]:.1f}",
+        ]
+    )
 
 
 def main() -> None:
@@ -223,10 +251,13 @@ def main() -> None:
     asked = [q for q in questions(arguments.seed, arguments.share) if arguments.only in q.section]
     answers = run(asked, arguments.workers, arguments.out)
     print(table(answers))
+    print("\nleast squares and BIC on the same cases\n" + table(answers, baseline=True))
+    print("\n" + calibration(answers) + "\n")
     for answer in answers:
         if answer.outcome not in {"exact", "group"}:
             truth = ", ".join(str(t) for t in answer.truth)
-            print(f"{answer.section} {answer.seed}: {answer.outcome}; truth {truth}; told {answer.named} {answer.groups} {answer.error}")
+            print(f"{answer.section} {answer.seed}: {answer.outcome}; truth {truth}")
+            print(f"    told {answer.named} {answer.groups} {answer.error}")
 
 
 if __name__ == "__main__":

@@ -1,0 +1,96 @@
+"""Detection limits: the smallest size of each effect that is found 19 times out of 20, beside the theoretical limit.
+
+``python -m tests.discrepancy.limits --runs 40`` prints the table of docs/diagnosis.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from functools import lru_cache
+
+import numpy as np
+
+from cycloid_profile.design.ground import built_reducer
+from cycloid_profile.discrepancy.candidates import Candidate, candidates
+from cycloid_profile.discrepancy.detection import FALSE_ALARM, detect, detectable
+from cycloid_profile.discrepancy.exact import ExactModel
+from cycloid_profile.discrepancy.normal import Normal, normal
+from cycloid_profile.discrepancy.recording import hold_nothing_out, record
+from cycloid_profile.effects.built import Built
+from cycloid_profile.measurement.files import parse_measurement
+from cycloid_profile.spec.read import parse_spec
+from tests.discrepancy.blind import Hidden, Reducer, spec_text
+from tests.discrepancy.blind.cases import measured
+
+FOUND = 0.95
+_SETTINGS = {"turn_deg": 2.0, "offset_um": [0.0, 0.0], "output_angle_deg": 5.73, "friction_form": "coulomb"}
+
+
+@lru_cache(maxsize=1)
+def _built() -> Built:
+    return built_reducer(parse_spec(spec_text(Reducer())))
+
+
+def equations_of(file: str, effects: list[Hidden], seed: int) -> tuple[Normal, ExactModel]:
+    """Normal equations of one file of the generator with these effects."""
+    built = _built()
+    text = measured(Reducer(), effects, (file,), _SETTINGS, seed=seed)[file]
+    recording = hold_nothing_out(record(built, parse_measurement(text, file), 0))
+    scanned = frozenset({0}) if recording.kind == "profile_scan" else frozenset()
+    library = candidates(built, scanned, recording.kind != "profile_scan")
+    model = ExactModel(built, [recording])
+    return normal(model.nothing.blocks, library), model
+
+
+def found(asked: tuple[str, Candidate, float, int]) -> bool:
+    """Whether an effect of this size is detected."""
+    file, candidate, size, seed = asked
+    angle = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi) if candidate.coordinates == 2 else 0.0
+    hidden = Hidden(candidate.name, candidate.parameters([size * np.cos(angle), size * np.sin(angle)]))
+    equations, model = equations_of(file, [hidden], seed)
+    return detect(model.nothing.blocks, equations).significant
+
+
+def table(file: str, runs: int, workers: int, names: set[str] | None = None) -> list[str]:
+    """Rows of the table for one file."""
+    equations, model = equations_of(file, [], 1)
+    families = detect(model.nothing.blocks, equations).families
+    chosen: dict[str, tuple[Candidate, float, float]] = {}
+    for i, candidate in enumerate(equations.candidates):
+        if candidate.name in chosen or (names and candidate.name not in names):
+            continue
+        places = sum(c.name == candidate.name for c in equations.candidates)
+        R = equations.R[2 * i : 2 * i + 2, 2 * i : 2 * i + 2]
+        least = detectable(candidate, R, 1, FOUND)
+        ours = detectable(candidate, R, families * places, FOUND)
+        if np.isfinite(ours) and ours < 3.0 * candidate.width and not candidate.inverse:
+            chosen[candidate.name] = (candidate, least, ours)
+    lines = []
+    with ProcessPoolExecutor(workers) as pool:
+        for name, (candidate, least, ours) in chosen.items():
+            asked = [(file, candidate, ours, 7000 + k) for k in range(runs)]
+            hits = sum(pool.map(found, asked))
+            unit = candidate.size.rpartition("_")[2]
+            row = (f"`{name}`", file, f"{least:.3g}", f"{ours:.3g} {unit}", f"{ours / least:.2f}", f"{hits} of {runs}")
+            lines.append(f"| {' | '.join(row)} |")
+            print(lines[-1], file=sys.stderr, flush=True)
+    return lines
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--runs", type=int, default=40)
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--files", default="scan,loop,te_light,te,lost_motion")
+    arguments = parser.parse_args()
+    print("| effect | file | one look, known shape | ours | ratio | found |")
+    print("|---|---|---|---|---|---|")
+    print(f"(false alarms {FALSE_ALARM:g}, found {FOUND:.0%})", file=sys.stderr)
+    for file in arguments.files.split(","):
+        print("\n".join(table(file, arguments.runs, arguments.workers)))
+
+
+if __name__ == "__main__":
+    main()
