@@ -160,20 +160,21 @@ def diagnose(
     library = list(candidates(built, scanned, curves))
     probes = Probes(built)
     tell("looking for what is beyond the noise")
-    recordings = counted_alike(built, recordings, library, probes)
-    everything = ExactModel(built, [hold_nothing_out(r) for r in recordings], probes)
+    laid = counted_alike(built, [Laid(r, built, probes) for r in recordings], library, probes)
+    recordings = [one.recording for one in laid]
+    everything = ExactModel(built, [hold_nothing_out(r) for r in recordings], probes, laid)
     equations = normal(everything.nothing.blocks, library)
     detection = detect(everything.nothing.blocks, equations)
     not_seen = smallest_detectable(equations, detection.families)
-    base = ExactModel(built, [*recordings, *checks]).nothing
+    before = [*laid, *(Laid(r, built, probes) for r in checks)]
     if not detection.striking:
         if detection.significant:
             notes.append("what differs is significant but smaller than the simulation can be trusted for")
-        gaps = tuple(_gap(r, a, a) for r, a in zip((*recordings, *checks), base.laid, strict=True))
+        gaps = tuple(_gap(a.recording, a, a) for a in before)
         return Diagnosis(
             built, built, "agrees", (), detection, detection, (), None, (), not_seen, gaps, tuple(notes), 0.0
         )
-    search = Search(built, recordings, library, probes, tell)
+    search = Search(built, laid, library, probes, tell)
     named = search.named()
     tell("checking what is left")
     best = named.best
@@ -188,8 +189,11 @@ def diagnose(
     else:
         worst = _most_striking(detection)
     corrected = _with(built, effects)
-    last = ExactModel(corrected, [*recordings, *checks]).nothing if effects else base
-    gaps = tuple(_gap(r, a, b) for r, a, b in zip((*recordings, *checks), base.laid, last.laid, strict=True))
+    after_laid = before
+    if effects:
+        known = [one.under(r) for one, r in zip(final.state.laid, recordings, strict=True)]
+        after_laid = [*known, *(Laid(r, corrected, probes) for r in checks)]
+    gaps = tuple(_gap(a.recording, a, b) for a, b in zip(before, after_laid, strict=True))
     where = _places(detection) or _places(detect(everything.nothing.blocks, None, settle=True))
     verdict = "effects_found" if effects else "unknown_effect"
     nearest = () if effects else _nearest(equations)

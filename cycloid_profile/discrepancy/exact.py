@@ -83,12 +83,20 @@ def _bounded(step: FloatArray) -> FloatArray:
 
 
 class ExactModel:
-    """Recordings beside a reducer that may get effects; equilibria already found are kept."""
+    """Recordings beside a reducer that may get effects; ``laid`` if they lie on the reducer as it is already."""
 
-    def __init__(self, built: Built, recordings: Sequence[Recording], probes: Probes | None = None) -> None:
+    def __init__(
+        self,
+        built: Built,
+        recordings: Sequence[Recording],
+        probes: Probes | None = None,
+        laid: Sequence[Laid] | None = None,
+    ) -> None:
         self.built, self.recordings = built, tuple(recordings)
-        self._nothing: State | None = None
         self.probes = Probes(built) if probes is None else probes
+        self._nothing: State | None = None
+        if laid is not None:
+            self._nothing = State(built, tuple(one.under(r) for one, r in zip(laid, self.recordings, strict=True)))
 
     @property
     def nothing(self) -> State:

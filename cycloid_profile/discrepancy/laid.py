@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
 
 from cycloid_profile.arrays import ComplexArray, FloatArray
@@ -37,6 +39,7 @@ class Laid:
     def __init__(self, recording: Recording, built: Built, probes: Probes | None = None) -> None:
         self.recording, self.built = recording, built
         self.probes = Probes(built) if probes is None else probes
+        self._columns: dict[int, tuple[Candidate, FloatArray]] = {}
         rows, measurement = recording.rows, recording.measurement
         if recording.kind == "profile_scan":
             keep = np.zeros(measurement["x_mm"].size, dtype=bool)
@@ -66,8 +69,20 @@ class Laid:
                 else measurement["output_angle_deg"][rows] * DEGREE
             )
 
+    def under(self, recording: Recording) -> Laid:
+        """The same with other rows held out; nothing is computed anew."""
+        twin = copy(self)
+        twin.recording = recording
+        return twin
+
     def columns(self, candidate: Candidate) -> FloatArray:
         """What the prediction gains per unit of each coordinate, shape (rows, coordinates)."""
+        if id(candidate) not in self._columns:
+            # The candidate is kept too, so that its id stays its own.
+            self._columns[id(candidate)] = (candidate, self._fresh_columns(candidate))
+        return self._columns[id(candidate)][1]
+
+    def _fresh_columns(self, candidate: Candidate) -> FloatArray:
         found = []
         for c in range(candidate.coordinates):
             removals = self.probes.removals(candidate, c)

@@ -22,25 +22,24 @@ from cycloid_profile.discrepancy.recording import Recording
 from cycloid_profile.effects.built import Built
 
 
-def counted_alike(
-    built: Built, recordings: Sequence[Recording], library: Sequence[Candidate], probes: Probes
-) -> list[Recording]:
+def counted_alike(built: Built, laid: Sequence[Laid], library: Sequence[Candidate], probes: Probes) -> list[Laid]:
     """The recordings with the lobes of all scans counted so that they agree best with the files before them."""
-    ordered = sorted(recordings, key=lambda r: r.kind == "profile_scan")
-    if len(ordered) < 2 or ordered[-1].kind != "profile_scan":
-        return list(recordings)
-    placed: dict[int, Recording] = {}
+    ordered = sorted(laid, key=lambda one: one.recording.kind == "profile_scan")
+    if len(ordered) < 2 or ordered[-1].recording.kind != "profile_scan":
+        return list(laid)
+    placed: dict[int, Laid] = {}
     so_far: Normal | None = None
-    for recording in ordered:
-        own = normal([Whitened(Laid(recording, built, probes))], library)
+    for one in ordered:
+        recording, now = one.recording, one
+        own = normal([Whitened(one)], library)
         if so_far is not None and recording.kind == "profile_scan" and built.teeth[recording.disc].lobes_alike:
             lobes, own = _best_count(so_far, own, built.case.drive.trochoid.lobes)
-            recording_now = counted_on(recording, -lobes, built.case.drive.trochoid.lobes)
-        else:
-            recording_now = recording
-        placed[id(recording)] = recording_now
+            if lobes:
+                counted = counted_on(recording, -lobes, built.case.drive.trochoid.lobes)
+                now = Laid(counted, built, probes)
+        placed[id(one)] = now
         so_far = own if so_far is None else _sum(so_far, own)
-    return [placed[id(recording)] for recording in recordings]
+    return [placed[id(one)] for one in laid]
 
 
 def counted_on(recording: Recording, lobes: int, of: int) -> Recording:

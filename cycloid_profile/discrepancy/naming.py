@@ -16,9 +16,9 @@ from cycloid_profile.discrepancy.candidates import Candidate, chatter
 from cycloid_profile.discrepancy.detection import chatter_peaks
 from cycloid_profile.discrepancy.evidence import estimate, log_priors, search
 from cycloid_profile.discrepancy.exact import ExactModel, Optimum, State
+from cycloid_profile.discrepancy.laid import Laid
 from cycloid_profile.discrepancy.normal import Normal, Whitened, coordinates, normal
 from cycloid_profile.discrepancy.probes import Probes
-from cycloid_profile.discrepancy.recording import Recording
 from cycloid_profile.discrepancy.thinning import thinned
 from cycloid_profile.effects.built import Built
 from cycloid_profile.effects.effect import Place
@@ -33,6 +33,7 @@ _LARGE = 4000.0
 _WEAK = 60.0  # below this gain everything is linear
 _STARTS = 8
 _LEADING = 3
+_LINEAR = 0.995  # share of the gap that linear effects explain, above which none of second order is sought
 _FINALISTS = 3
 _CLOSE = 8.0
 LEAST_CONTRIBUTION = 1.0  # times the accuracy of the simulation
@@ -55,14 +56,15 @@ class Search:
     def __init__(
         self,
         built: Built,
-        recordings: Sequence[Recording],
+        laid: Sequence[Laid],
         library: Sequence[Candidate],
         probes: Probes,
         tell: Callable[[str], None],
     ) -> None:
         self.tell = tell
-        self.model = ExactModel(built, recordings, probes)
-        self.built, self.recordings = built, tuple(recordings)
+        self.recordings = tuple(one.recording for one in laid)
+        self.model = ExactModel(built, self.recordings, probes, laid)
+        self.built = built
         self._take([*library, *self._chatter(self.model.nothing, ())])
 
     def named(self) -> Named:
@@ -184,7 +186,8 @@ class Search:
             if name not in singles and scored.log_evidence > 0.0:
                 singles[name] = (list(scored.members), estimate(equations, scored.members)[0])
         starts = list(singles.values())[:_STARTS]
-        starts += self._second_order(coarse, gain)
+        if gain < _LINEAR * (equations.chi2 - equations.rows):
+            starts += self._second_order(coarse, gain)
         optima: list[tuple[float, list[int], FloatArray]] = []
         # A look at all, then the leading ones to the end.
         for steps, some in ((2, len(starts)), (4, _LEADING)):
