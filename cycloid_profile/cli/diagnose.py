@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
 from cycloid_profile.cli.options import OutFolder
 from cycloid_profile.cli.terminal import output_folder, print_json, print_table, progress
+
+if TYPE_CHECKING:
+    from cycloid_profile.effects.built import Built
 
 _VERDICTS = {
     "agrees": "measurement and simulation agree",
@@ -23,7 +26,10 @@ def diagnose(
     *data: Path,
     out: OutFolder = None,
     json: Annotated[
-        Path | None, Parameter(help="File for the result as one JSON object; - prints it instead of the tables.")
+        Path | None,
+        Parameter(
+            allow_leading_hyphen=True, help="File for the result as one JSON object; - prints it instead of the tables."
+        ),
     ] = None,
     disc: Annotated[int | None, Parameter(help="Disc that was scanned, default as `specimen` says, else 1.")] = None,
     held_out: Annotated[
@@ -127,12 +133,19 @@ def _print(values: dict[str, object], verdict: str) -> None:
         print_table(
             "what would not have been seen: anything smaller than",
             ("effect", "size"),
-            [(n["name"], n["smallest_detectable"]) for n in hidden],
+            [(n["name"], _symbols(n["smallest_detectable"])) for n in hidden],
         )
     notes = values["notes"]
     assert isinstance(notes, list)
     for note in notes:
         print(f"note: {note}")
+
+
+def _symbols(size: str) -> str:
+    from cycloid_profile.discrepancy.told import SHOWN
+
+    number, _, unit = size.rpartition(" ")
+    return f"{number} {SHOWN[unit]}" if unit in SHOWN else size
 
 
 def _range(place: dict[str, object]) -> str:
@@ -147,32 +160,37 @@ def _size(place: dict[str, object]) -> str:
     return f"{place[key]:.3g} {SHOWN[key[4:]]}"
 
 
-def _plan(name: str, built: object, folder: Path) -> int:
+def _plan(name: str, built: Built, folder: Path) -> int:
     from cycloid_profile.discrepancy.plan import visibility
     from cycloid_profile.discrepancy.told import smallest
-    from cycloid_profile.effects.built import Built
+    from cycloid_profile.export.folder import whole_or_nothing
+    from cycloid_profile.plot.plan import plan_plot
+    from cycloid_profile.plot.style import save_png
 
-    del folder
-    assert isinstance(built, Built)
     with progress() as tell:
         rows = visibility(built, tell)
+        with whole_or_nothing(folder) as scratch:
+            save_png(plan_plot(rows, name), scratch / "plan.png")
     names = list(dict.fromkeys(row.measurements for row in rows))
     effects = list(dict.fromkeys(row.effect for row in rows))
     by = {(row.effect, row.measurements): row for row in rows}
-    columns = ("effect", *names)
     detectable, identifiable = [], []
     for effect in effects:
-        cells = [by.get((effect, n)) for n in names]
-        shown = [smallest(c.detectable, c.size) if c else "–" for c in cells]
-        detectable.append((effect, *("–" if s.startswith("not") else s for s in shown)))
+        cells = [by[effect, n] for n in names]
+        seen = ["–" if c.detectable == float("inf") else smallest(c.detectable, c.size, symbols=True) for c in cells]
         told = [
-            "–" if c is None or c.detectable == float("inf")
-            else f"never ({c.rival})" if c.identifiable == float("inf")
-            else smallest(c.identifiable, c.size)
+            "–"
+            if c.detectable == float("inf")
+            else f"as {c.rival}"
+            if c.identifiable == float("inf")
+            else smallest(c.identifiable, c.size, symbols=True)
             for c in cells
-        ]  # fmt: skip
+        ]
+        detectable.append((effect, *seen))
         identifiable.append((effect, *told))
+    columns = ("effect", *names)
     print_table(f"{name}: smallest size that would be detected, 80 % of the time", columns, detectable)
     print()
-    print_table("smallest size that could also be named (never: what it cannot be told from)", columns, identifiable)
+    print_table("smallest size that could also be named, or what it looks like", columns, identifiable)
+    print(f"\npicture: {folder / 'plan.png'}")
     return 0

@@ -179,7 +179,8 @@ def _choices(kind: type[Effect], built: Built, scanned: frozenset[int], curves: 
         discs: list[Any] = list(range(1, built.discs + 1))
         ranges["disc"] = [None, *discs] if built.discs > 1 else [None]
     else:
-        ranges["disc"] = [j + 1 for j in sorted(scanned)]
+        # Errors that all discs share show when all of them were scanned.
+        ranges["disc"] = [*([None] if len(scanned) == built.discs > 1 else []), *(j + 1 for j in sorted(scanned))]
     known = {p.name: p for p in parameters(kind)}
     names = [name for name in ranges if name in known]
     for values in product(*(_sensible(known[name], ranges[name]) for name in names)):

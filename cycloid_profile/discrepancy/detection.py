@@ -129,11 +129,12 @@ def detectable(candidate: Candidate, R: FloatArray, looks: int, power: float = P
     information = float(np.linalg.eigvalsh(R[:k, :k])[0])
     if information < 1e-9:
         return math.inf
+    return candidate.width * math.sqrt(noncentrality(k, looks, power) / information)
+
+
+def noncentrality(k: int, looks: int, power: float = POWER) -> float:
+    """Noncentrality of a chi-square of ``k`` coordinates that is found with ``power`` among so many looks."""
     limit = float(chdtri(k, FALSE_ALARM / looks))
-    return candidate.width * math.sqrt(_noncentrality(limit, k, power) / information)
-
-
-def _noncentrality(limit: float, k: int, power: float) -> float:
     low, high = 0.0, 4.0 * (limit + 20.0)
     for _ in range(80):
         middle = 0.5 * (low + high)

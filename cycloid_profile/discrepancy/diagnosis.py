@@ -30,7 +30,7 @@ from cycloid_profile.discrepancy.recording import Recording, hold_all_out, hold_
 from cycloid_profile.discrepancy.screening import screen
 from cycloid_profile.effects.built import Built
 from cycloid_profile.effects.effect import Effect
-from cycloid_profile.measurement.files import Measurement
+from cycloid_profile.measurement.files import Measurement, scanned_disc
 
 _LEAST_EVIDENCE = 5.0
 _EXPLAINED = 0.9  # of the gap, for a name beside a remainder
@@ -192,7 +192,8 @@ def diagnose(
     after_laid = before
     if effects:
         known = [one.under(r) for one, r in zip(final.state.laid, recordings, strict=True)]
-        after_laid = [*known, *(Laid(r, corrected, probes) for r in checks)]
+        # Which lobe is the first shows only now, on teeth whose lobes differ.
+        after_laid = [*known, *(Laid(replace(r, placed=None), corrected, probes) for r in checks)]
     gaps = tuple(_gap(a.recording, a, b) for a, b in zip(before, after_laid, strict=True))
     where = _places(detection) or _places(detect(everything.nothing.blocks, None, settle=True))
     verdict = "effects_found" if effects else "unknown_effect"
@@ -206,8 +207,7 @@ def diagnose(
 def _disc(built: Built, measurement: Measurement, discs: Sequence[int] | None, number: int) -> int:
     if discs is not None:
         return discs[number]
-    digits = "".join(filter(str.isdigit, measurement.keys.get("specimen", "")))
-    return int(digits) - 1 if digits and 1 <= int(digits) <= built.discs else 0
+    return scanned_disc(measurement, built.discs)
 
 
 def _left(final: Optimum) -> Detection:

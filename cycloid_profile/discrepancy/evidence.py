@@ -105,9 +105,10 @@ def _alike(blocks: FloatArray, own: FloatArray, i: int, j: int) -> bool:
 
 
 def _of_different_names(equations: Normal, sets: IntArray) -> IntArray:
-    """Without sets that name an effect twice: one effect at one place is the simpler story."""
-    names = {name: i for i, name in enumerate(sorted({c.name for c in equations.candidates}))}
-    of = np.array([names[c.name] for c in equations.candidates])
+    """Without sets that name an effect twice, two bad lobes apart: one effect at one place is the simpler story."""
+    where = [(c.name, str(c.choice.get("lobe"))) for c in equations.candidates]
+    names = {place: i for i, place in enumerate(sorted(set(where)))}
+    of = np.array([names[place] for place in where])
     twice = np.zeros(len(sets), dtype=bool)
     for i, j in combinations(range(sets.shape[1]), 2):
         twice |= of[sets[:, i]] == of[sets[:, j]]

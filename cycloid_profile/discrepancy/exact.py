@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -21,6 +22,7 @@ from cycloid_profile.errors import CycloidError
 _STEPS = 8
 _HALVINGS = 3
 _LONGEST = 1.0
+_HOPELESS = 50.0  # of chi²
 _FARTHEST = 4.0  # widths: no workshop makes that, and the equilibrium may not exist
 _ENOUGH = 0.02  # of chi²: a step that gains less is the last
 # A row without a prediction counts like one this many standard deviations off.
@@ -126,8 +128,13 @@ class ExactModel:
         start: FloatArray,
         prior: Callable[[Sequence[Candidate]], float],
         steps: int = _STEPS,
+        beat: float = math.inf,
     ) -> Optimum | None:
-        """Best sizes from ``start``, shape (2·members,); None where there is no way to begin."""
+        """Best sizes from ``start``, shape (2·members,); None where there is no way to begin.
+
+        None too where, after two steps, not even what the linear model promises comes near ``beat``, the chi² with
+        priors of a better set.
+        """
         members, u = tuple(members), np.array(start, dtype=np.float64)
         for i, candidate in enumerate(members):
             if candidate.one_sided:
@@ -139,7 +146,7 @@ class ExactModel:
         R = np.zeros((u.size, u.size))
         if not members:
             settled, steps = True, 0
-        for _ in range(steps):
+        for number in range(steps):
             equations = normal(now.blocks, members)
             R = equations.R
             step = _bounded(np.asarray(np.linalg.solve(np.eye(u.size) + R, equations.b - u), dtype=np.float64))
@@ -147,6 +154,9 @@ class ExactModel:
             if expected < _ENOUGH:
                 settled = True
                 break
+            promised = float((equations.b - u) @ np.linalg.solve(np.eye(u.size) + R, equations.b - u))
+            if number > 1 and now.chi2 + float(u @ u) - promised > beat + _HOPELESS:
+                return None
             new = self._shorter(members, u, step, now)
             if new is None:
                 break

@@ -64,9 +64,7 @@ class Laid:
                 columns.append(np.full(rows.size, _UNKNOWN))
             self.nuisance = np.stack(columns, axis=1)
             self.position = (
-                np.arange(float(rows.size))
-                if recording.kind == "hysteresis"
-                else measurement["output_angle_deg"][rows] * DEGREE
+                rows + 1.0 if recording.kind == "hysteresis" else measurement["output_angle_deg"][rows] * DEGREE
             )
 
     def under(self, recording: Recording) -> Laid:

@@ -23,7 +23,10 @@ from cycloid_profile.discrepancy.thinning import thinned
 from cycloid_profile.effects.built import Built
 from cycloid_profile.effects.effect import Place
 
-_ROUNDS = 6
+_ROUNDS = 5
+# Sets that are rescored at most, on few rows and on all: a search that leaves something must come to an end.
+_RESCORINGS = 40
+_RESCORINGS_FULL = 8
 _FINAL_ROUNDS = 2
 _COARSE_ROWS = 120
 _FEW_ROWS = 360
@@ -34,7 +37,11 @@ _WEAK = 60.0  # below this gain everything is linear
 _STARTS = 8
 _LEADING = 3
 _LINEAR = 0.995  # share of the gap that linear effects explain, above which none of second order is sought
-_FINALISTS = 3
+_FINALISTS = 4
+_LINEAR_ERROR = 0.01  # of the evidence
+_FEW_VARIANTS = 12
+_SWAPPED = 2  # rivals for each member
+_MORE_THAN_NOISE = 3.0  # standard deviations of chi², that of the noise counted
 _CLOSE = 8.0
 LEAST_CONTRIBUTION = 1.0  # times the accuracy of the simulation
 DISTINGUISHED = 4.5  # half chi²: three standard deviations between two explanations
@@ -62,6 +69,7 @@ class Search:
         tell: Callable[[str], None],
     ) -> None:
         self.tell = tell
+        self._rescorings_left = _RESCORINGS
         self.recordings = tuple(one.recording for one in laid)
         self.model = ExactModel(built, self.recordings, probes, laid)
         self.built = built
@@ -78,10 +86,17 @@ class Search:
             # Large effects are named on few rows, small ones beside them on all rows afterwards.
             few = _FEW_ROWS if gain > _LARGE else _MANY_ROWS
             coarse = ExactModel(self.built, [thinned(r, few) for r in self.recordings], self.model.probes)
-            starts += self._singles(equations, gain)
-            found = self._climbed(coarse, starts, _ROUNDS)
-            starts = [(self.places(o), o.u) for o in found[:1]]
+            self._rescorings_left = _RESCORINGS
+            climbed: dict[tuple[int, ...], Optimum] = {}
+            # From single effects one after the other, and from the best linear set only if they leave something.
+            for start in [*self._singles(equations, gain), *starts]:
+                top = self._climbed(coarse, [start], _ROUNDS, climbed)[:1]
+                if top and not _leaves_something(top[0]):
+                    break
+            best_first = sorted(climbed.values(), key=lambda o: -o.log_evidence)
+            starts = [(self.places(o), o.u) for o in best_first[:1]]
         self.tell("rescoring on the exact model with all rows")
+        self._rescorings_left = _RESCORINGS_FULL
         found = self._climbed(self.model, starts, _FINAL_ROUNDS)
         best = next((o for o in found if o.log_evidence > 0.0 and self._contributing(o)), best)
         more = self._chatter(best.state, best.members)
@@ -91,6 +106,38 @@ class Search:
             found = self._climbed(self.model, [(self.places(best), best.u)], _FINAL_ROUNDS)
             best = next((o for o in found if o.log_evidence > 0.0 and self._contributing(o)), best)
         return Named(best, self._about(best), self.priors, tuple(found))
+
+    def _starts(
+        self, about: Normal, sets: Sequence[tuple[int, ...]], found: dict[tuple[int, ...], Optimum]
+    ) -> list[tuple[list[int], FloatArray]]:
+        """Where to begin with sets that were not rescored yet, all members contributing."""
+        new = [members for members in sets if members and tuple(sorted(members)) not in found]
+        starts = [(list(members), estimate(about, members)[0]) for members in new]
+        return [start for start in starts if _all_contribute(about, *start)]
+
+    def _unlike_names(self, sets: Sequence[tuple[int, ...]]) -> list[tuple[int, ...]]:
+        """The first of the sets of each combination of names."""
+        first: dict[tuple[str, ...], tuple[int, ...]] = {}
+        for members in sets:
+            first.setdefault(tuple(sorted(self.library[i].name for i in members)), members)
+        return list(first.values())
+
+    def _neighbours(self, about: Normal, places: list[int]) -> list[tuple[int, ...]]:
+        """Sets with one member less, and with one member swapped for the candidates that fit best in its place."""
+        sets = [tuple(p for p in places if p != place) for place in places]
+        for place in places:
+            # The same effect on another crank or disc looks much alike to first order.
+            same = [i for i, c in enumerate(self.library) if c.name == self.library[place].name and i != place]
+            if len(same) < _FEW_VARIANTS:
+                sets += [(*(p for p in places if p != place), i) for i in same if about.R[2 * i, 2 * i] > 1e-2]
+        for place in places:
+            others = [p for p in places if p != place]
+            scores = []
+            for i in range(len(self.library)):
+                if i not in places and about.R[2 * i, 2 * i] > 1e-2:
+                    scores.append((linear_evidence(about, self.priors, [*others, i]), i))
+            sets += [(*others, i) for _, i in sorted(scores, reverse=True)[:_SWAPPED]]
+        return sets
 
     def _take(self, library: Sequence[Candidate]) -> None:
         self.library = tuple(library)
@@ -113,9 +160,15 @@ class Search:
                 found += [chatter(n, disc) for n in waves if all(abs(n - other) > 1.0 for other in known)]
         return found
 
-    def _climbed(self, model: ExactModel, starts: Sequence[tuple[list[int], FloatArray]], rounds: int) -> list[Optimum]:
-        """Sets rescored, best first, the search begun anew about each best set."""
-        found: dict[tuple[int, ...], Optimum] = {}
+    def _climbed(
+        self,
+        model: ExactModel,
+        starts: Sequence[tuple[list[int], FloatArray]],
+        rounds: int,
+        found: dict[tuple[int, ...], Optimum] | None = None,
+    ) -> list[Optimum]:
+        """Sets rescored, best first, the search begun anew about each best set; those of ``found`` are not repeated."""
+        found = {} if found is None else found
         best = self._rescored(model, starts, found, self._empty(model))
         for number in range(rounds):
             self.tell(f"search about the best set so far, round {number + 1}")
@@ -123,11 +176,15 @@ class Search:
             proposals = search(about, self.priors, keep=self.places(best))
             if not proposals:
                 break
-            close = [s for s in proposals[:40] if s.log_evidence > proposals[0].log_evidence - _CLOSE]
-            new = [s for s in close if tuple(sorted(s.members)) not in found]
-            starts = [(list(s.members), estimate(about, s.members)[0]) for s in new]
-            starts = [start for start in starts if _all_contribute(about, *start)][:_FINALISTS]
+            # What linear evidence may be wrong by grows with it.
+            short = _leaves_something(best)
+            reach = max(_CLOSE, _LINEAR_ERROR * proposals[0].log_evidence) if short else _CLOSE
+            close = [s.members for s in proposals[:400] if s.log_evidence > proposals[0].log_evidence - reach]
+            starts = self._starts(about, self._unlike_names(close), found)[:_FINALISTS]
             challenger = self._rescored(model, starts, found, best)
+            if short and not challenger.log_evidence > best.log_evidence + 0.05:
+                starts = self._starts(about, self._neighbours(about, self.places(best)), found)
+                challenger = self._rescored(model, starts, found, best)
             if not challenger.log_evidence > best.log_evidence + 0.05:
                 break
             best = challenger
@@ -169,7 +226,11 @@ class Search:
             key = tuple(sorted(members))
             if key in found:
                 continue
-            optimum = model.optimum([self.library[i] for i in members], u, self.prior)
+            if self._rescorings_left <= 0:
+                break
+            self._rescorings_left -= 1
+            beat = best.state.chi2 + float(best.u @ best.u) if best.members else np.inf
+            optimum = model.optimum([self.library[i] for i in members], u, self.prior, beat=beat)
             if optimum is None or optimum.implausible:
                 continue
             found[key] = optimum
@@ -232,6 +293,12 @@ class Search:
             found.append((drop, [i], size * np.array([np.cos(angle), np.sin(angle)])))
         found.sort(key=lambda f: -f[0])
         return [(members, u) for _, members, u in found[:3]]
+
+
+def _leaves_something(optimum: Optimum) -> bool:
+    """Whether chi² says that more than noise is left."""
+    rows = sum(block.z.size for block in optimum.state.blocks)
+    return optimum.state.chi2 - rows > _MORE_THAN_NOISE * float(np.sqrt(8.0 * rows))
 
 
 def _all_contribute(equations: Normal, members: list[int], u: FloatArray) -> bool:

@@ -25,6 +25,7 @@ _LOW_END = 0.15  # share of the spectrum where effects live
 _BAND = 25
 _LINE = 6.0  # an ordinate so far above the mean is a line
 _GROSS = 7.0
+_SCATTERED = 1.5  # times the noise: what the spread of a few rows of noise alone may be
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,9 +99,15 @@ def gross_errors(residual: FloatArray, sigma: float) -> BoolArray:
     reach = 5
     padded = np.concatenate([residual[reach:0:-1], residual, residual[-2 : -2 - reach : -1]])
     windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * reach + 1)
+    # Effects rise and fall within the reach: their slope is taken off, by the middle one of those across the row.
+    steps = np.arange(1, reach + 1)
+    slope = np.median((windows[:, reach + steps] - windows[:, reach - steps]) / (2.0 * steps), axis=1)
+    windows = windows - slope[:, np.newaxis] * np.arange(-reach, reach + 1)
     middle = np.median(windows, axis=1)
     spread = 1.4826 * np.median(np.abs(windows - middle[:, np.newaxis]), axis=1)
-    far: BoolArray = np.abs(residual - middle) > _GROSS * np.maximum(sigma, spread)
+    # The spread of a few rows scatters: only what is clearly more than the noise is something that varies there.
+    beyond = np.sqrt(np.maximum(spread**2 - (_SCATTERED * sigma) ** 2, 0.0))
+    far: BoolArray = np.abs(residual - middle) > _GROSS * np.hypot(sigma, beyond)
     # Three rows and more in a run are something that is there.
     together = np.convolve(far.astype(int), np.ones(3), mode="same")
     longer = np.convolve((together >= 3).astype(int), np.ones(3), mode="same") > 0

@@ -11,17 +11,19 @@ import numpy as np
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.discrepancy.candidates import Candidate, candidates
-from cycloid_profile.discrepancy.detection import detectable
+from cycloid_profile.discrepancy.detection import detectable, noncentrality
 from cycloid_profile.discrepancy.evidence import ALIAS
 from cycloid_profile.discrepancy.laid import Laid
 from cycloid_profile.discrepancy.noise import Noise
 from cycloid_profile.discrepancy.normal import Normal, Whitened, coordinates, normal
 from cycloid_profile.discrepancy.recording import Recording, hold_nothing_out, record
 from cycloid_profile.effects.built import Built
+from cycloid_profile.effects.effect import Place
 from cycloid_profile.rig.simulate import Settings, simulate
 
 SECOND_TEMPERATURE = "profile_scan at a second temperature"
 _FAMILIES = 30
+_TRIED = 0.25  # of the width of a coordinate
 _TURNED = 0.1  # output angle of the loops [rad], where no pin stands in a root
 
 
@@ -76,7 +78,8 @@ def visibility(built: Built, tell: Callable[[str], None] = lambda _: None) -> li
     found = []
     for name, equations in [*((d.name, p) for d, p in zip(DESIGNS, parts, strict=True)), ("all of these", together)]:
         found += _visible(name, equations)
-    return found
+    tell("what only shows to second order")
+    return [_to_second_order(built, library, row) if row.detectable == math.inf else row for row in found]
 
 
 def information(built: Built, design: Design, library: Sequence[Candidate]) -> Normal:
@@ -130,22 +133,48 @@ def _visible(name: str, equations: Normal) -> list[Visibility]:
     places: dict[str, int] = {}
     for candidate in equations.candidates:
         places[candidate.name] = places.get(candidate.name, 0) + 1
+    chosen: dict[str, tuple[float, int]] = {}
     for i, candidate in enumerate(equations.candidates):
-        if candidate.name in best and best[candidate.name].detectable < math.inf:
-            continue
         own = equations.R[2 * i : 2 * i + 2, 2 * i : 2 * i + 2]
         least = detectable(candidate, own, _FAMILIES * places[candidate.name])
+        # Of the places an effect can be at, the one where it shows best.
+        if candidate.name not in chosen or least < chosen[candidate.name][0]:
+            chosen[candidate.name] = (least, i)
+    for least, i in chosen.values():
+        candidate = equations.candidates[i]
         rival, sine = "", 1.0
-        if least < math.inf:
-            for j in shown:
-                if equations.candidates[j].name == candidate.name:
-                    continue
+        for j in shown if least < math.inf else []:
+            if equations.candidates[j].name != candidate.name:
                 s = _sine(equations.R, i, j)
                 if s < sine:
                     rival, sine = equations.candidates[j].name, s
         identifiable = least / sine if sine > _TOO_CLOSE else math.inf
         best[candidate.name] = Visibility(candidate.name, name, candidate.size, least, identifiable, rival, sine)
     return list(best.values())
+
+
+def _to_second_order(built: Built, library: Sequence[Candidate], row: Visibility) -> Visibility:
+    """The row of an effect that cancels to first order and shows with the square of its size (a ring off its axis)."""
+    candidate = next(c for c in library if c.name == row.effect)
+    designs = [d for d in DESIGNS if d.name == row.measurements or row.measurements == "all of these"]
+    effect = candidate.effect([_TRIED * candidate.width, 0.0])
+    if candidate.angle is None or effect is None or candidate.kind.place is not Place.RING:
+        return row
+    after = effect.apply(built)
+    shown = 0.0
+    for design in designs:
+        if design.kind == "profile_scan":
+            continue
+        recording = _designed(built, design)
+        changed = Laid(recording, after).residual - Laid(recording, built).residual
+        block = Whitened(Laid(recording, built))
+        z = block.white(np.nan_to_num(changed))
+        shown += float(block.product(z, z))
+    if shown < 1.0:
+        return row
+    needed = noncentrality(candidate.coordinates, _FAMILIES)
+    size = _TRIED * candidate.width * (needed / shown) ** 0.25
+    return replace(row, detectable=size, identifiable=size, rival="", sine=1.0)
 
 
 def _sine(R: FloatArray, i: int, j: int) -> float:

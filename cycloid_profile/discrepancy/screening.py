@@ -49,9 +49,10 @@ def screen(built: Built, measurement: Measurement) -> None:
 def _scan(built: Built, measurement: Measurement) -> None:
     z = measurement["x_mm"] + 1j * measurement["y_mm"]
     trochoid = built.case.drive.trochoid
-    if z.size < _LEAST_PER_LOBE * trochoid.lobes // 4:
+    points = np.unique(z).size
+    if points < _LEAST_PER_LOBE * trochoid.lobes // 4:
         raise _wrong(
-            measurement, "points", z.size, f"are too few for {trochoid.lobes} lobes",
+            measurement, "points", points, f"are too few for {trochoid.lobes} lobes",
             f"scan at least {_LEAST_PER_LOBE} points on a lobe, on a quarter of the lobes",
         )  # fmt: skip
     distance, spread = _distance(built, measurement)

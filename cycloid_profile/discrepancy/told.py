@@ -80,11 +80,15 @@ def unit_of(parameter: str) -> str:
     return ending[1:]
 
 
-def smallest(size: float, parameter: str) -> str:
-    """A smallest detectable size with its unit; of a stiffness, the largest that is seen."""
+def smallest(size: float, parameter: str, symbols: bool = False) -> str:
+    """A smallest detectable size with its unit, as a symbol if wanted; of a stiffness, the largest that is seen."""
     if not math.isfinite(size):
         return "not visible in these files"
     unit = unit_of(parameter)
+    if symbols and unit == "nm_per_arcmin":
+        return f"< {1.0 / size:.2g} {SHOWN[unit]}"
+    if symbols:
+        return f"{size:.2g} {SHOWN.get(unit, unit)}".strip()
     if unit == "nm_per_arcmin":
         return f"softer than {1.0 / size:.2g} {unit}"
     return f"{size:.2g} {'K' if unit == 'k' else unit}".strip()

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -23,7 +24,9 @@ COLUMNS = {
     "lost_motion_map": ("output_angle_deg", "lost_motion_arcmin"),
 }
 _NEEDED = {"transmission_error": ("torque_nm",), "lost_motion_map": ("torque_nm",)}
-_NUMBERS = ("torque_nm", "output_angle_deg", "noise_um", "noise_arcsec", "noise_arcmin", "temperature_c")
+_NUMBERS = ("torque_nm", "output_angle_deg", "noise_um", "noise_arcsec", "noise_arcmin", "temperature_c", "datum_um")
+_POSITIVE = ("noise_um", "noise_arcsec", "noise_arcmin")
+_DATUMS = ("bore", "free")
 _DECIMALS = 7
 
 
@@ -47,6 +50,13 @@ class Measurement:
     def __getitem__(self, column: str) -> FloatArray:
         """A column by name."""
         return self.columns[column]
+
+
+def scanned_disc(measurement: Measurement, discs: int) -> int:
+    """Disc that a scan is of, counted from 0: that of a ``specimen`` such as "disc 2", else the first."""
+    told = re.search(r"disc\s*(\d+)", measurement.keys.get("specimen", ""), re.IGNORECASE)
+    number = int(told.group(1)) if told else 1
+    return number - 1 if 1 <= number <= discs else 0
 
 
 def read_measurement(path: Path) -> Measurement:
@@ -93,6 +103,8 @@ def parse_measurement(text: str, name: str = "") -> Measurement:
         )
     for key in _NUMBERS:
         _check_number(keys, key, name)
+    if keys.get("datum", "bore") not in _DATUMS:
+        raise MeasurementError(f"{name}: datum", f"'{keys['datum']}'", "is not known", "write bore or free")
     for key in _NEEDED.get(kind, ()):
         if key not in keys:
             raise MeasurementError(f"{name}: {key}", "not given", f"is needed for a {kind}", f"write '# {key}: '")
@@ -121,6 +133,10 @@ def _check_number(keys: Mapping[str, str], key: str, name: str) -> None:
         finite = math.isfinite(float(keys[key]))
     except ValueError:
         finite = False
+    if finite and ((key in _POSITIVE and float(keys[key]) <= 0.0) or (key == "datum_um" and float(keys[key]) < 0.0)):
+        raise MeasurementError(
+            f"{name}: {key}", keys[key], "is not positive", "give a standard deviation, or leave it out"
+        )
     if not finite:
         raise MeasurementError(f"{name}: {key}", f"'{keys[key]}'", "is not a number", "write a number without its unit")
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.effects.built import Built
-from cycloid_profile.measurement.files import Measurement
+from cycloid_profile.measurement.files import Measurement, scanned_disc
 from cycloid_profile.plot.style import BLUE, GREEN, GREY, ORANGE, SKY, new_figure, plain, style
 from cycloid_profile.rig.evaluation import evaluate_loop
 from cycloid_profile.rig.gap import Gap, gap
@@ -169,9 +169,9 @@ def _map(measurement: Measurement, built: Built) -> Figure:
 
 
 def _scan(measurement: Measurement, built: Built) -> Figure:
-    disc = int("".join(filter(str.isdigit, measurement.keys.get("specimen", "1"))) or "1") - 1
+    disc = scanned_disc(measurement, built.discs)
     bare = replace(built, teeth=(built.case.profile,) * built.discs)
-    return _polar(gap(bare, measurement, min(disc, built.discs - 1)), "tooth of the drawing")
+    return _polar(gap(bare, measurement, disc), "tooth of the drawing")
 
 
 def _polar(found: Gap, reference: str = "prediction") -> Figure:

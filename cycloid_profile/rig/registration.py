@@ -15,6 +15,8 @@ from cycloid_profile.measurement.files import Measurement
 
 LARGEST_DISTANCE = 0.2  # mm; a scan this far off is one of another disc
 _ROUNDS = 20
+_STARTS = 4  # turns within a lobe from which a free scan is laid
+_NEAR_ENOUGH = 0.05  # mm; no other turn is tried
 _TABLE = 2001
 _SETTLED = 1e-11  # rad or mm
 _SINGLE_POINTS = 0.02  # share of points that may be gross errors of reading
@@ -65,11 +67,9 @@ def place_scan(
     chosen = np.ones(points.size, dtype=bool) if keep is None else keep
     free = measurement.keys.get("datum", "bore") == "free"
     if near is None:
-        shift = complex(np.mean(points)) if free else 0j
-        turn = _coarse_turn(tooth, points - shift)
+        turn, shift = _begin(tooth, points, chosen, free)
     else:
-        turn, shift = near.turn, near.shift
-    turn, shift = _fit(tooth, points, chosen, turn, shift, free)
+        turn, shift = _fit(tooth, points, chosen, near.turn, near.shift, free)
     if near is None and not tooth.lobes_alike:
         turn = _best_lobe(tooth, points, chosen, turn, shift, free)
         turn, shift = _fit(tooth, points, chosen, turn, shift, free)
@@ -84,6 +84,35 @@ def place_scan(
             "check unit, tooth count and drive: this is a scan of another disc",
         )
     return found
+
+
+def _begin(tooth: ToothProfile, points: ComplexArray, chosen: BoolArray, free: bool) -> tuple[float, complex]:
+    """Turn and shift from nothing known.
+
+    A free origin begins at the middle of the circle through the points. Where only a part of the disc was scanned that
+    is off, so that several turns within a lobe are tried.
+    """
+    shift = _middle(points[chosen]) if free else 0j
+    turn = _coarse_turn(tooth, points - shift)
+    if not free:
+        return _fit(tooth, points, chosen, turn, shift, free)
+    best = (math.inf, turn, shift)
+    for part in range(_STARTS):
+        begun = turn + part * 2.0 * math.pi / tooth.trochoid.lobes / _STARTS
+        found = _fit(tooth, points, chosen, begun, shift, free)
+        left = float(np.median(np.abs(_laid(tooth, points[chosen], *found).removal)))
+        if left < best[0]:
+            best = (left, *found)
+        if left < _NEAR_ENOUGH:
+            break
+    return best[1], best[2]
+
+
+def _middle(points: ComplexArray) -> complex:
+    """Middle of the circle of least squares, exact for whole discs, near for parts of them."""
+    A = np.stack([points.real, points.imag, np.ones(points.size)], axis=1)
+    x, y, _ = np.linalg.lstsq(A, np.abs(points) ** 2, rcond=None)[0]
+    return complex(0.5 * x, 0.5 * y)
 
 
 def _fit(

@@ -104,7 +104,7 @@ REFUSED: dict[str, tuple[str, Change, str]] = {
     "free scan in µm": ("free", times(1e3, "x_mm", "y_mm"), "in µm"),
     "free scan in m": ("free", times(1e-3, "x_mm", "y_mm"), "in m, not in mm"),
     "scan of few points": ("scan", rows(lambda _: slice(0, 30)), "too few"),
-    "scan of one point only": ("scan", rows(lambda n: np.zeros(n, dtype=int)), "another disc"),
+    "scan of one point only": ("scan", rows(lambda n: np.zeros(n, dtype=int)), "points = 1 are too few"),
     "turn in rad": ("te", times(RAD, "output_angle_deg"), "in rad"),
     "turn of lost motion in rad": ("lost", times(RAD, "output_angle_deg"), "in rad"),
     "turn in arcmin": ("te", times(60.0, "output_angle_deg"), "arcmin"),

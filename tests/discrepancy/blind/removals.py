@@ -82,9 +82,15 @@ def _wheel_wear(blank: Blank, one: Hidden, psi: Array) -> Array:
 
 
 def _chatter(blank: Blank, one: Hidden, psi: Array) -> Array:
-    # A number of waves that does not come out even jumps at the tip before lobe 1.
-    along = blank.along(np.mod(psi + math.pi, blank.reducer.period) - math.pi)
-    return one["amplitude_um"] * UM * np.cos(one["waves_per_turn"] * along - one.get("phase_deg") * DEGREE)
+    # A number of waves that does not come out even: the last one gives way to the first round the tip before lobe 1.
+    period = blank.reducer.period
+    past = _wrapped(psi + math.pi, period)
+    new = _smooth(past / TIP_BLEND)
+    waves = 0.0
+    for share, at in ((new, past - math.pi), (1.0 - new, past - math.pi + period)):
+        turned = one["waves_per_turn"] * blank.along(at) - one.get("phase_deg") * DEGREE
+        waves = waves + share * np.cos(turned)
+    return one["amplitude_um"] * UM * waves
 
 
 def _no_compensation(blank: Blank, one: Hidden, psi: Array) -> Array:

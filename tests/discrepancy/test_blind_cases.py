@@ -1,0 +1,77 @@
+"""A reduced blind test: hidden effects from the independent generator, every section of the protocol in small."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+
+import pytest
+
+from tests.discrepancy.protocol import BENCH, FIVE, Question, ask, questions, run, score
+
+
+def test_scores_mean_what_they_say():
+    found = "effects_found"
+    assert score([], "agrees", [], False) == "exact"
+    assert score([], found, [["disc_runout"]], False) == "wrong"
+    assert score(["disc_runout"], found, [["disc_runout"]], False) == "exact"
+    assert score(["thermal_growth"], found, [["radial_moving_error", "thermal_growth"]], False) == "exact"
+    assert score(["equidistant_error"], found, [["pin_radius_error", "equidistant_error"]], False) == "group"
+    assert score(["disc_runout", "disc_oval"], found, [["disc_oval"]], False) == "subset"
+    assert score(["disc_oval"], found, [["disc_oval"], ["disc_runout"]], False) == "more"
+    assert score(["disc_oval"], found, [["disc_runout"]], False) == "wrong"
+    assert score(["disc_oval"], "unknown_effect", [], False) == "unknown"
+    assert score(["disc_oval"], "agrees", [], False) == "agrees"
+    assert score(["x_pit"], "unknown_effect", [], False) == "exact"
+    assert score(["x_pit"], found, [["single_tooth_error"]], False) == "wrong"
+    assert score(["x_pit"], found, [["single_tooth_error"]], True) == "remainder"
+
+
+@pytest.mark.parametrize("seed", [21, 22])
+def test_a_clean_scan_agrees(seed):
+    assert ask(Question("clean", seed, {"effects": 0, "files": ("scan",)})).verdict == "agrees"
+
+
+@pytest.mark.parametrize("seed", [31, 32, 33])
+def test_one_effect_on_a_scan_is_named_and_the_gap_closes(seed):
+    answer = ask(Question("one", seed, {"effects": 1, "files": ("scan",), "sizes": (0.5, 2.0)}))
+    assert answer.outcome in {"exact", "group"}, answer
+    assert answer.held_out < 1.1
+
+
+@pytest.mark.slow
+def test_the_protocol_in_small():
+    asked = [q for q in questions(500_000, 0.15) if "five" not in q.section and "bench" not in q.section]
+    asked = [q for q in asked if not q.section.startswith("clean") or q.seed % 3 == 0]
+    answers = run(asked, min(2, os.cpu_count() or 1))
+    assert len(answers) >= 60
+    counts = Counter((a.section, a.outcome) for a in answers)
+
+    def share(section, *outcomes):
+        of = [a for a in answers if a.section == section]
+        return sum(counts[section, o] for o in outcomes) / len(of)
+
+    assert not any(a.outcome == "failed" for a in answers), [a.error for a in answers if a.error]
+    assert share("clean, scan", "exact") >= 0.9
+    assert share("clean, loop", "exact") >= 0.9
+    assert share("one, scan", "exact", "group") >= 0.9
+    assert share("one, scan", "wrong") <= 0.05
+    assert share("two, scan", "exact", "group") >= 0.85
+    assert share("outside, scan", "wrong") <= 0.15
+    z = [value for a in answers for value in a.z]
+    assert sum(abs(value) < 1.96 for value in z) >= 0.85 * len(z)
+    held = [a.held_out for a in answers if a.outcome in {"exact", "group"} and a.truth]
+    assert sum(value <= 1.1 for value in held) >= 0.9 * len(held)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["disc_runout", "pin_ring_oval", "crank_bearing_clearance"])
+def test_a_bench_names_one_effect(name):
+    answer = ask(Question("bench", 77, {"effects": 1, "files": BENCH, "sizes": (0.8, 1.2), "names": (name,)}))
+    assert answer.outcome in {"exact", "group"}, answer
+
+
+@pytest.mark.slow
+def test_five_files_together_name_one_effect():
+    answer = ask(Question("five", 78, {"effects": 1, "files": FIVE, "sizes": (1.0, 1.5), "names": ("disc_oval",)}))
+    assert answer.outcome in {"exact", "group"}, answer
