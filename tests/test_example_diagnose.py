@@ -57,6 +57,7 @@ def test_scan_names_what_was_hidden(tmp_path, capsys):
     assert "amplitude_um = 1.5" in out
 
 
+@pytest.mark.slow
 def test_published_rigidity_needs_a_spring_in_series(capsys):
     module = example("diagnose_published_rigidity")
     explained = module.main()
