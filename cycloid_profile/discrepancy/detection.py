@@ -198,11 +198,14 @@ def chatter_spectrum(block: Whitened, z: FloatArray | None = None) -> tuple[Floa
 def chatter_peaks(block: Whitened, z: FloatArray | None = None, most: int = 3) -> list[float]:
     """Numbers of waves of the strongest chatter that chance does not make, to a fiftieth of a wave."""
     grid, power = chatter_spectrum(block, z)
+    lobes = block.laid.built.case.drive.trochoid.lobes
     found: list[float] = []
     for i in np.argsort(power)[::-1][:200]:
         if _several(float(np.exp(-0.5 * power[i])), grid.size) > _PEAK:
             break
-        if all(abs(grid[i] - other) > _APART for other in found):
+        # What repeats on every lobe is the form of the tooth, not a vibration.
+        off_lobes = abs((grid[i] + 0.5 * lobes) % lobes - 0.5 * lobes)
+        if off_lobes > 1.0 and all(abs(grid[i] - other) > _APART for other in found):
             fine = grid[i] + np.arange(-25, 26) / 50.0
             found.append(float(fine[int(np.argmax(wave_power(block, fine, z)))]))
         if len(found) == most:

@@ -134,7 +134,8 @@ class Search:
             others = [p for p in places if p != place]
             scores = []
             for i in range(len(self.library)):
-                if i not in places and about.R[2 * i, 2 * i] > 1e-2:
+                taken = {self.library[p].name for p in others}
+                if i not in places and self.library[i].name not in taken and about.R[2 * i, 2 * i] > 1e-2:
                     scores.append((linear_evidence(about, self.priors, [*others, i]), i))
             sets += [(*others, i) for _, i in sorted(scores, reverse=True)[:_SWAPPED]]
         return sets
