@@ -191,7 +191,8 @@ def diagnose(
     corrected = _with(built, effects)
     after_laid = before
     if effects:
-        known = [one.under(r) for one, r in zip(final.state.laid, recordings, strict=True)]
+        # Sizes of the rows to fit only: what was held out is held out.
+        known = [one.under(r) for one, r in zip(best.state.laid, recordings, strict=True)]
         # Which lobe is the first shows only now, on teeth whose lobes differ.
         after_laid = [*known, *(Laid(replace(r, placed=None), corrected, probes) for r in checks)]
     gaps = tuple(_gap(a.recording, a, b) for a, b in zip(before, after_laid, strict=True))
