@@ -302,7 +302,9 @@ def _group(search: Search, named: Named, about: Normal, member: int, tell: Calla
             tell(f"could it be {candidate.name}?")
             members = [*others, candidate]
             optimum = search.model.optimum(members, search.start(named, members), search.prior, steps=4)
-            if optimum is None or optimum.implausible or _fit_of(optimum) < _fit_of(best) - DISTINGUISHED:
+            # Only what was fitted to the end and is worse is told apart.
+            worse = optimum is not None and _fit_of(optimum) < _fit_of(best) - DISTINGUISHED
+            if optimum is not None and optimum.settled and (worse or optimum.implausible):
                 continue
         found[candidate.name] = candidate
     return list(found.values())
