@@ -8,13 +8,12 @@ import re
 from pathlib import Path
 from typing import Any
 
-from cycloid_profile.design.summary import shown
 from cycloid_profile.discrepancy.detection import FALSE_ALARM, Finding
 from cycloid_profile.discrepancy.diagnosis import Diagnosis, FileGap, NamedEffect
 from cycloid_profile.discrepancy.told import SHOWN, unit_of
 from cycloid_profile.effects.effect import Effect, parameters
 from cycloid_profile.effects.registry import EFFECTS
-from cycloid_profile.report.html import inline_svg
+from cycloid_profile.report.page import inline_svg, template
 
 TEMPLATE = "diagnosis.html.j2"
 
@@ -31,18 +30,8 @@ def diagnosis_report(
     """HTML text of the report; ``pictures``, stem and caption of the SVG files in ``plots``; ``new_spec``, file name of
     the spec with the effects added.
     """
-    import jinja2
-
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("cycloid_profile", "report"),
-        autoescape=True,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        undefined=jinja2.StrictUndefined,
-    )
-    environment.filters["figures"] = shown
     drawn = [(caption, inline_svg(plots / f"{stem}.svg", stem)) for stem, caption in pictures]
-    return environment.get_template(TEMPLATE).render(
+    return template(TEMPLATE).render(
         d=diagnosis,
         name=name,
         headline=headline(diagnosis),
