@@ -223,7 +223,7 @@ def test_plan_prints_what_each_measurement_could_tell(
     # No ordinary measurement tells a colder disc from another infeed.
     assert "as thermal_growth" in out
     assert err
-    assert not list(tmp_path.iterdir())
+    assert [p.name for p in tmp_path.rglob("*") if p.is_file()] == ["plan.png"]
 
 
 FAULTS = {
