@@ -41,7 +41,9 @@ def test_one_effect_on_a_scan_is_named_and_the_gap_closes(seed):
 
 @pytest.mark.slow
 def test_the_protocol_in_small():
-    asked = [q for q in questions(500_000, 0.15) if "five" not in q.section and "bench" not in q.section]
+    # Scans and clean loops, which take a second or two; the rest is for the whole protocol.
+    wanted = [q for q in questions(500_000, 0.15) if "scan" in q.section or q.section == "clean, loop"]
+    asked = [q for q in wanted if "five" not in q.section and "bench" not in q.section]
     asked = [q for q in asked if not q.section.startswith("clean") or q.seed % 3 == 0]
     answers = run(asked, min(2, os.cpu_count() or 1))
     assert len(answers) >= 60
@@ -65,7 +67,7 @@ def test_the_protocol_in_small():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["pin_ring_oval", "crank_bearing_clearance"])
+@pytest.mark.parametrize("name", ["crank_bearing_clearance"])
 def test_a_bench_names_one_effect(name):
     answer = ask(Question("bench", 77, {"effects": 1, "files": BENCH, "sizes": (0.8, 1.2), "names": (name,)}))
     assert answer.outcome in {"exact", "group"}, answer
