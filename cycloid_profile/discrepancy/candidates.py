@@ -8,7 +8,8 @@ numbers of parts (disc, crank, pin, lobe, form) are choices, and each choice is 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 from typing import Any
@@ -25,7 +26,6 @@ from cycloid_profile.errors import CycloidError
 _WIDTH_OF_TOLERANCE = 2.0
 _LEAST_WIDTH_UM = 1.5
 _IMPLAUSIBLE = 3.5
-_LEAST_WAVES = 3.0
 
 
 @dataclass(frozen=True)
@@ -154,6 +154,11 @@ def candidate_of(kind: type[Effect], choice: Mapping[str, Any]) -> Candidate:
         inverse=inverse,
         choice=dict(choice),
     )
+
+
+def places(library: Iterable[Candidate]) -> Counter[str]:
+    """At how many places each effect of a library could be."""
+    return Counter(candidate.name for candidate in library)
 
 
 def chatter(waves: float, disc: int | None) -> Candidate:

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.special import chdtrc, chdtri, chndtr, erfc
 
 from cycloid_profile.arrays import FloatArray
-from cycloid_profile.discrepancy.candidates import Candidate
+from cycloid_profile.discrepancy.candidates import Candidate, places
 from cycloid_profile.discrepancy.laid import settled
 from cycloid_profile.discrepancy.normal import Normal, Whitened
 from cycloid_profile.units import DEGREE
@@ -114,11 +114,11 @@ def smallest_detectable(equations: Normal, families: int) -> dict[str, tuple[flo
     """
     found: dict[str, list[float]] = {}
     size_of: dict[str, str] = {}
-    places = _places(equations.candidates)
+    count = places(equations.candidates)
     for i, candidate in enumerate(equations.candidates):
         size_of[candidate.name] = candidate.size
         found.setdefault(candidate.name, []).append(
-            detectable(candidate, equations.R[2 * i : 2 * i + 2, 2 * i : 2 * i + 2], families * places[candidate.name])
+            detectable(candidate, equations.R[2 * i : 2 * i + 2, 2 * i : 2 * i + 2], families * count[candidate.name])
         )
     return {name: (float(np.median(sizes)), size_of[name]) for name, sizes in found.items()}
 
@@ -145,16 +145,9 @@ def noncentrality(k: int, looks: int, power: float = POWER) -> float:
     return 0.5 * (low + high)
 
 
-def _places(candidates: Sequence[Candidate]) -> dict[str, int]:
-    counted: dict[str, int] = {}
-    for candidate in candidates:
-        counted[candidate.name] = counted.get(candidate.name, 0) + 1
-    return counted
-
-
 def _of_library(equations: Normal) -> list[Finding]:
     """The best place of every effect."""
-    places = _places(equations.candidates)
+    count = places(equations.candidates)
     best: dict[str, Finding] = {}
     for i, candidate in enumerate(equations.candidates):
         if candidate.name == "grinding_chatter":
@@ -165,7 +158,7 @@ def _of_library(equations: Normal) -> list[Finding]:
             continue
         b = equations.b[2 * i : 2 * i + k]
         u = np.linalg.lstsq(R, b, rcond=1e-9)[0]
-        p = _several(float(chdtrc(k, max(float(u @ b), 0.0))), places[candidate.name])
+        p = _several(float(chdtrc(k, max(float(u @ b), 0.0))), count[candidate.name])
         size = float(np.hypot(*np.append(u, 0.0)[:2])) * candidate.width
         padded = np.append(u, 0.0)[:2]
         over = equations.contribution([i], padded, 0)

@@ -8,7 +8,6 @@ with coordinates in units of their prior widths, π the chance that an effect is
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
@@ -16,7 +15,7 @@ from itertools import combinations
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray, IntArray
-from cycloid_profile.discrepancy.candidates import Candidate
+from cycloid_profile.discrepancy.candidates import Candidate, places
 from cycloid_profile.discrepancy.normal import Normal, coordinates
 
 CHANCE = 0.05
@@ -36,10 +35,10 @@ class Scored:
 
 def log_priors(candidates: Sequence[Candidate], frequencies: int = 1) -> FloatArray:
     """ln π/(1 − π) − ln N of every candidate; ``frequencies``, how many chatter could have."""
-    places = Counter(candidate.name for candidate in candidates)
-    places["grinding_chatter"] = frequencies
+    count = places(candidates)
+    count["grinding_chatter"] = frequencies
     odds = math.log(CHANCE / (1.0 - CHANCE))
-    return np.array([odds - math.log(places[candidate.name]) for candidate in candidates])
+    return np.array([odds - math.log(count[candidate.name]) for candidate in candidates])
 
 
 def search(equations: Normal, priors: FloatArray, deepest: int = 3, keep: Sequence[int] = ()) -> list[Scored]:

@@ -98,13 +98,13 @@ class Search:
         self.tell("rescoring on the exact model with all rows")
         self._rescorings_left = _RESCORINGS_FULL
         found = self._climbed(self.model, starts, _FINAL_ROUNDS)
-        best = next((o for o in found if o.log_evidence > 0.0 and self._contributing(o)), best)
+        best = self._first_that_contributes(found, best)
         more = self._chatter(best.state, best.members)
         if more and best.members:
             # Waves that stood below what larger effects made of the spectrum.
             self._take([*self.library, *more])
             found = self._climbed(self.model, [(self.places(best), best.u)], _FINAL_ROUNDS)
-            best = next((o for o in found if o.log_evidence > 0.0 and self._contributing(o)), best)
+            best = self._first_that_contributes(found, best)
         return Named(best, self._about(best), self.priors, tuple(found))
 
     def _starts(
@@ -203,6 +203,9 @@ class Search:
     def prior(self, members: Sequence[Candidate]) -> float:
         """Sum of the log priors."""
         return float(sum(self._prior_of[id(member)] for member in members))
+
+    def _first_that_contributes(self, found: Sequence[Optimum], otherwise: Optimum) -> Optimum:
+        return next((o for o in found if o.log_evidence > 0.0 and self._contributing(o)), otherwise)
 
     def _contributing(self, optimum: Optimum) -> bool:
         members = [self.library[i] for i in self.places(optimum)]

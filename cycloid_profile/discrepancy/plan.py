@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray
-from cycloid_profile.discrepancy.candidates import Candidate, candidates
+from cycloid_profile.discrepancy.candidates import Candidate, candidates, places
 from cycloid_profile.discrepancy.detection import detectable, noncentrality
 from cycloid_profile.discrepancy.evidence import ALIAS
 from cycloid_profile.discrepancy.laid import Laid
@@ -130,13 +130,11 @@ def _designed(built: Built, design: Design) -> Recording:
 def _visible(name: str, equations: Normal) -> list[Visibility]:
     best: dict[str, Visibility] = {}
     shown = [i for i in range(len(equations.candidates)) if equations.R[2 * i, 2 * i] > 1e-6]
-    places: dict[str, int] = {}
-    for candidate in equations.candidates:
-        places[candidate.name] = places.get(candidate.name, 0) + 1
+    count = places(equations.candidates)
     chosen: dict[str, tuple[float, int]] = {}
     for i, candidate in enumerate(equations.candidates):
         own = equations.R[2 * i : 2 * i + 2, 2 * i : 2 * i + 2]
-        least = detectable(candidate, own, _FAMILIES * places[candidate.name])
+        least = detectable(candidate, own, _FAMILIES * count[candidate.name])
         # Of the places an effect can be at, the one where it shows best.
         if candidate.name not in chosen or least < chosen[candidate.name][0]:
             chosen[candidate.name] = (least, i)
