@@ -132,7 +132,8 @@ def _write(
         files = []
         for exporter in exporters:
             tell(f"writing {exporter.filename}")
-            files.append(manifest_entry(kept_promise(exporter.write(path, scratch)), wanted, scratch))
+            written = [kept_promise(file) for file in exporter.write(path, scratch)]
+            files += [manifest_entry(file, wanted, scratch) for file in written]
         tell("the scan to expect")
         expected = _expected_scan(found.predicted, found.disc, points)
         (scratch / "predicted_scan.csv").write_text(format_measurement(expected), encoding="utf-8", newline="\n")

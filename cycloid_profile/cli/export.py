@@ -47,7 +47,8 @@ def export(
     wanted = read_spec(spec)
     formats = tuple(dict.fromkeys(format or wanted.export.formats))
     if list:
-        return _show([(str(folder / exporter_for(name).filename), name) for name in formats], wanted.name, json)
+        files = [(str(folder / file), name) for name in formats for file in exporter_for(name).filenames]
+        return _show(files, wanted.name, json)
     with progress() as tell:
         tell("sharing the load, compensating the tooth")
         record = design_disc(wanted)

@@ -17,13 +17,15 @@ from cycloid_profile.effects.built import Built
 from cycloid_profile.effects.effect import Effect
 from cycloid_profile.effects.registry import build, effect
 from cycloid_profile.errors import GeometryError, LoadError, SpecError
+from cycloid_profile.geometry.contour import Arc, Contour, circle
 from cycloid_profile.geometry.drive import CentralEccentric, Cranks, Drive, InvoluteStage
-from cycloid_profile.geometry.outline import DiscOutline, Hole, least_web, ring_of_holes
+from cycloid_profile.geometry.openings import keyed_bore, ring_of_holes, ring_of_windows
+from cycloid_profile.geometry.outline import DiscOutline, least_web
 from cycloid_profile.geometry.profile import ToothProfile
 from cycloid_profile.geometry.trochoid import Trochoid
 from cycloid_profile.modification.setup import Equidistant, FlankRotation, RadialMoving, modify
-from cycloid_profile.spec.model import MaterialSpec, Spec
-from cycloid_profile.units import ARCMIN, GPA, NEWTON_METRE, UM
+from cycloid_profile.spec.model import DiscSpec, MaterialSpec, Spec
+from cycloid_profile.units import ARCMIN, DEGREE, GPA, NEWTON_METRE, UM
 
 _KEYS = {
     "pins": "drive.pins",
@@ -33,6 +35,11 @@ _KEYS = {
     "disc_width": "drive.disc_width_mm",
     "discs": "drive.discs",
     "torque": "load.rated_torque_nm",
+    "windows.outer_radius": "disc.windows.outer_radius_mm",
+    "windows.span": "disc.windows.span_deg",
+    "windows.corner_radius": "disc.windows.corner_radius_mm",
+    "keyway.width": "disc.keyway.width_mm",
+    "keyway.corner_radius": "disc.keyway.corner_radius_mm",
 }
 
 _SOLVERS: dict[str, LoadSharingSolver] = {
@@ -150,27 +157,53 @@ def compensation_solver(spec: Spec) -> LoadSharingSolver:
 
 
 def disc_outline(spec: Spec, drive: Drive, profile: ToothProfile) -> DiscOutline:
-    """Tooth curve with bore and holes; sizes that the spec leaves out are estimated from the room there is."""
-    bare = DiscOutline(profile, ())
-    holes: list[Hole] = []
+    """Tooth curve with the openings; sizes that the spec leaves out are estimated from the room there is.
+
+    Raises ``GeometryError`` with the key's name where a window or keyway cannot be.
+    """
+    bare = DiscOutline(profile)
+    cranks: tuple[Contour, ...] = ()
     if isinstance(drive.support, Cranks):
-        circle = drive.support.circle_radius
-        crank_hole = spec.disc.crank_hole_radius_mm or 0.55 * max(bare.root_radius - circle, 0.0)
-        bore = spec.disc.bore_radius_mm or 0.7 * max(circle - crank_hole, 0.0)
-        holes += ring_of_holes("crank hole", drive.support.count, circle, crank_hole)
+        circle_radius = drive.support.circle_radius
+        crank_hole = spec.disc.crank_hole_radius_mm or 0.55 * max(bare.root_radius - circle_radius, 0.0)
+        bore = spec.disc.bore_radius_mm or 0.7 * max(circle_radius - crank_hole, 0.0)
+        if crank_hole > 0.0:
+            cranks = ring_of_holes("crank hole", drive.support.count, circle_radius, crank_hole)
     else:
         bore = spec.disc.bore_radius_mm or 0.3 * bare.root_radius
-    holes.insert(0, Hole("bore", 0j, bore))
-    if spec.disc.output_holes is not None:
-        ring = spec.disc.output_holes
-        holes += ring_of_holes("output hole", ring.count, ring.circle_radius_mm, ring.radius_mm)
-    return DiscOutline(profile, tuple(hole for hole in holes if hole.radius > 0.0))
+    with _key_names():
+        return DiscOutline(profile, (*_bore(spec.disc, bore), *cranks, *_output_openings(spec.disc)))
+
+
+def _bore(disc: DiscSpec, radius: float) -> tuple[Contour, ...]:
+    key = disc.keyway
+    if radius <= 0.0:
+        return ()
+    if key is None:
+        return (circle("bore", 0j, radius),)
+    first_at = key.first_at_deg * DEGREE
+    return (keyed_bore("bore", radius, key.count, key.width_mm, key.depth_mm, key.corner_radius_mm, first_at),)
+
+
+def _output_openings(disc: DiscSpec) -> tuple[Contour, ...]:
+    holes, windows = disc.output_holes, disc.windows
+    found: tuple[Contour, ...] = ()
+    if holes is not None:
+        found = ring_of_holes("output hole", holes.count, holes.circle_radius_mm, holes.radius_mm)
+    if windows is not None:
+        first_at = 180.0 / windows.count if windows.first_at_deg is None else windows.first_at_deg
+        radii = (windows.inner_radius_mm, windows.outer_radius_mm)
+        span = windows.span_deg * DEGREE
+        found += ring_of_windows("window", windows.count, radii, span, windows.corner_radius_mm, first_at * DEGREE)
+    return found
 
 
 def bearing_radius(outline: DiscOutline) -> float:
     """Radius of the hole a crank bearing sits in: a crank hole, or the bore of a central eccentric [mm]."""
     held = [hole.radius for hole in outline.holes if hole.name.startswith("crank hole")]
-    held += [hole.radius for hole in outline.holes if hole.name == "bore"]
+    for contour in outline.contours:
+        if contour.name == "bore":
+            held += [arc.radius for arc in contour.segments if isinstance(arc, Arc) and arc.centre == 0j]
     return held[0] if held else 0.0
 
 
@@ -179,7 +212,10 @@ def thinnest_wall(outline: DiscOutline) -> tuple[float, str]:
     wall, place = least_web(outline)
     if wall <= 0.0:
         raise SpecError(
-            f"disc: wall between {place}", f"{wall:.3f} mm", "is not above zero", "make the holes smaller or move them"
+            f"disc: wall between {place}",
+            f"{wall:.3f} mm",
+            "is not above zero",
+            "make the holes smaller or move them",
         )
     return wall, place
 

@@ -18,6 +18,7 @@ from cycloid_profile.export.deviation import deviation
 from cycloid_profile.export.refine import FIT_SHARE
 from cycloid_profile.export.spline import disc_splines, inside_spans, joined
 from cycloid_profile.export.written import WrittenFile
+from cycloid_profile.geometry.contour import Contour, Line
 from cycloid_profile.units import UM
 
 _DEGREE = 3  # LibreCAD draws no higher degree
@@ -33,7 +34,12 @@ class DxfExporter:
     format: str = "dxf"
     filename: str = "profile.dxf"
 
-    def write(self, record: DesignRecord, folder: Path) -> WrittenFile:
+    @property
+    def filenames(self) -> tuple[str, ...]:
+        """See ``Exporter.filenames``."""
+        return (self.filename,)
+
+    def write(self, record: DesignRecord, folder: Path) -> tuple[WrittenFile, ...]:
         """Write, audit and read back. Raises ``ExportError`` if the file does not pass its own audit."""
         import ezdxf
 
@@ -49,8 +55,8 @@ class DxfExporter:
             # The closed flag stays off although the curve closes: several readers drop flagged splines.
             spline.control_points = [(p.real, p.imag, 0.0) for p in curve.control_points.tolist()]
             spline.knots = curve.knots.tolist()
-            for hole in record.outline.holes:
-                space.add_circle((hole.centre.real, hole.centre.imag), hole.radius, dxfattribs={"layer": "HOLES"})
+            for contour in record.outline.contours:
+                _draw(space, contour)
             reach = 1.05 * record.outline.tip_radius
             for end in (complex(reach, 0.0), complex(0.0, reach)):
                 space.add_line((-end.real, -end.imag), (end.real, end.imag), dxfattribs={"layer": "CENTRE"})
@@ -59,9 +65,25 @@ class DxfExporter:
                 doc.classes.add_class(dxf_type)
             doc.saveas(path)
         points, entities = read_dxf_profile(path)
-        return WrittenFile(
-            self.filename, self.format, tolerance, deviation(record.profile, points), "ezdxf, audited", entities
-        )
+        found = deviation(record.profile, points)
+        return (WrittenFile(self.filename, self.format, tolerance, found, "ezdxf, audited", entities),)
+
+
+def _draw(space: Any, contour: Contour) -> None:
+    """Lines, arcs and circles of an opening."""
+    on_layer = {"dxfattribs": {"layer": "HOLES"}}
+    for segment in contour.segments:
+        if isinstance(segment, Line):
+            space.add_line(_xy(segment.start), _xy(segment.end), **on_layer)
+        elif segment.whole:
+            space.add_circle(_xy(segment.centre), segment.radius, **on_layer)
+        else:
+            low, high = sorted((math.degrees(segment.from_angle), math.degrees(segment.to_angle)))
+            space.add_arc(_xy(segment.centre), segment.radius, low, high, **on_layer)
+
+
+def _xy(point: complex) -> tuple[float, float]:
+    return point.real, point.imag
 
 
 def read_dxf_profile(path: Path) -> tuple[ComplexArray, dict[str, int]]:

@@ -57,9 +57,9 @@ def write_formats(
     skipped: dict[str, str] = {}
     for name in dict.fromkeys(formats):
         exporter = exporter_for(name)
-        progress(f"writing {exporter.filename}")
+        progress(f"writing {', '.join(exporter.filenames)}")
         try:
-            written.append(kept_promise(exporter.write(record, folder)))
+            written += [kept_promise(file) for file in exporter.write(record, folder)]
         except CadKernelMissing as missing:
             skipped[name] = str(missing)
     return written, skipped

@@ -27,7 +27,12 @@ class ProfileCsvExporter:
     format: str = "csv"
     filename: str = "profile.csv"
 
-    def write(self, record: Ground, folder: Path) -> WrittenFile:
+    @property
+    def filenames(self) -> tuple[str, ...]:
+        """See ``Exporter.filenames``."""
+        return (self.filename,)
+
+    def write(self, record: Ground, folder: Path) -> tuple[WrittenFile, ...]:
         """Write and read back; the deviation includes the chords between neighbouring points."""
         tolerance = record.spec.export.chord_tolerance_um * UM
         if record.profile.lobes_alike:
@@ -46,7 +51,7 @@ class ProfileCsvExporter:
         back = read_table(path)
         found = deviation(record.profile, back[:, 1] + 1j * back[:, 2])
         found = replace(found, largest=max(found.largest, chord_error(record.profile, closed)))
-        return WrittenFile(self.filename, self.format, tolerance, found, "numpy", {"points": len(back)})
+        return (WrittenFile(self.filename, self.format, tolerance, found, "numpy", {"points": len(back)}),)
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +61,12 @@ class CmmExporter:
     format: str = "cmm"
     filename: str = "cmm_nominal.csv"
 
-    def write(self, record: Ground, folder: Path) -> WrittenFile:
+    @property
+    def filenames(self) -> tuple[str, ...]:
+        """See ``Exporter.filenames``."""
+        return (self.filename,)
+
+    def write(self, record: Ground, folder: Path) -> tuple[WrittenFile, ...]:
         """Write and read back."""
         points = sample(record.profile, EqualArc(record.spec.export.cmm_points_per_lobe))
         n = points.normal
@@ -72,7 +82,7 @@ class CmmExporter:
         back = read_table(path)
         found = deviation(record.profile, back[:, 3] + 1j * back[:, 4])
         entities = {"points": len(back), "lobes": int(back[-1, 1])}
-        return WrittenFile(self.filename, self.format, POINT_RESOLUTION, found, "numpy", entities)
+        return (WrittenFile(self.filename, self.format, POINT_RESOLUTION, found, "numpy", entities),)
 
 
 def read_table(path: Path) -> FloatArray:

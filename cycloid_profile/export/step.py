@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from cycloid_profile.export.refine import FIT_SHARE
 from cycloid_profile.export.spline import SplinePiece, disc_splines
 from cycloid_profile.export.text import plain_name
 from cycloid_profile.export.written import WrittenFile
+from cycloid_profile.geometry.contour import Contour, Line
 from cycloid_profile.geometry.outline import DiscOutline
 from cycloid_profile.units import UM
 
@@ -35,7 +37,12 @@ class StepExporter:
     format: str = "step"
     filename: str = "disc.step"
 
-    def write(self, record: DesignRecord, folder: Path) -> WrittenFile:
+    @property
+    def filenames(self) -> tuple[str, ...]:
+        """See ``Exporter.filenames``."""
+        return (self.filename,)
+
+    def write(self, record: DesignRecord, folder: Path) -> tuple[WrittenFile, ...]:
         """Write and read back.
 
         Raises ``CadKernelMissing``, or ``ExportError`` if the solid read back is not valid and closed.
@@ -47,7 +54,7 @@ class StepExporter:
         solid.label = plain_name(record.spec.name)
         path = folder / self.filename
         cad.export_step(solid, path, write_pcurves=False, timestamp=_TIMESTAMP)
-        return self._read_back(cad, record, path, tolerance)
+        return (self._read_back(cad, record, path, tolerance),)
 
     def _read_back(self, cad: Any, record: DesignRecord, path: Path, tolerance: float) -> WrittenFile:
         solids = cad.import_step(path).solids()
@@ -86,11 +93,27 @@ def _cad_kernel() -> Any:
 
 def _solid(cad: Any, outline: DiscOutline, pieces: tuple[SplinePiece, ...], width: float) -> Any:
     teeth = cad.Wire([_edge(cad, piece) for piece in pieces])
-    holes = [
-        cad.Wire.make_circle(hole.radius, cad.Plane((hole.centre.real, hole.centre.imag, 0.0)))
-        for hole in outline.holes
-    ]
+    holes = [_contour_wire(cad, contour) for contour in outline.contours]
     return cad.Solid.extrude(cad.Face(teeth, holes), cad.Vector(0.0, 0.0, width))
+
+
+def _contour_wire(cad: Any, contour: Contour) -> Any:
+    """An opening's lines and arcs as exact edges; a circle is one edge."""
+    edges = []
+    for segment in contour.segments:
+        if isinstance(segment, Line):
+            edges.append(cad.Edge.make_line(_vector(cad, segment.start), _vector(cad, segment.end)))
+        elif segment.whole:
+            edges.append(cad.Edge.make_circle(segment.radius, cad.Plane(_vector(cad, segment.centre))))
+        else:
+            middle = segment.centre + cmath.rect(segment.radius, 0.5 * (segment.from_angle + segment.to_angle))
+            ends = (segment.start, middle, segment.end)
+            edges.append(cad.Edge.make_three_point_arc(*(_vector(cad, point) for point in ends)))
+    return cad.Wire(edges)
+
+
+def _vector(cad: Any, point: complex) -> Any:
+    return cad.Vector(point.real, point.imag, 0.0)
 
 
 def _edge(cad: Any, piece: SplinePiece) -> Any:

@@ -35,10 +35,10 @@ class Exporter(Protocol):
         ...
 
     @property
-    def filename(self) -> str:
-        """Name of the file it writes."""
+    def filenames(self) -> tuple[str, ...]:
+        """Names of the files it writes."""
         ...
 
-    def write(self, record: DesignRecord, folder: Path) -> WrittenFile:
-        """Write the file into ``folder``, read it back and measure it."""
+    def write(self, record: DesignRecord, folder: Path) -> tuple[WrittenFile, ...]:
+        """Write the files into ``folder``, read each back and measure it; in the order of ``filenames``."""
         ...

@@ -1,16 +1,22 @@
-"""The whole disc: tooth curve, bore and holes, and how much material is left between them."""
+"""The whole disc: tooth curve and openings, and how much material is left between them."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from cycloid_profile.geometry.contour import Contour
 from cycloid_profile.geometry.profile import ToothProfile
 from cycloid_profile.geometry.sampling import EqualArc, sample
 
+if TYPE_CHECKING:
+    from shapely import Polygon
+
 _POINTS_PER_LOBE = 120  # chords within 3 µm on an RV-40E, far below any web width
+_CHORDS = 1e-4  # mm, of openings that are not round; round ones are measured exactly
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,10 +30,18 @@ class Hole:
 
 @dataclass(frozen=True, slots=True)
 class DiscOutline:
-    """Tooth curve and holes of one disc."""
+    """One disc, which every writer takes its lines from: the exact tooth curve, and closed ``contours`` of
+    lines and arcs round the openings: bore, crank holes, output holes, windows.
+    """
 
     profile: ToothProfile
-    holes: tuple[Hole, ...]
+    contours: tuple[Contour, ...] = ()
+
+    @property
+    def holes(self) -> tuple[Hole, ...]:
+        """The round openings."""
+        found = ((contour.name, contour.circle) for contour in self.contours)
+        return tuple(Hole(name, arc.centre, arc.radius) for name, arc in found if arc is not None)
 
     @property
     def root_radius(self) -> float:
@@ -40,31 +54,56 @@ class DiscOutline:
         return float(np.abs(self.profile.at(math.pi).position))
 
 
-def ring_of_holes(name: str, count: int, circle_radius: float, radius: float) -> tuple[Hole, ...]:
-    """``count`` equal holes on a circle, the first on the x axis; lengths in mm."""
-    return tuple(
-        Hole(f"{name} {i + 1}", complex(circle_radius * np.exp(2j * math.pi * i / count)), radius) for i in range(count)
-    )
-
-
 def least_web(outline: DiscOutline) -> tuple[float, str]:
-    """Thinnest wall between holes, or between a hole and the teeth, with its place [mm]; negative where they cut.
+    """Thinnest wall between openings, or between one and the teeth, with its place [mm].
 
-    Returns infinity for a disc without holes.
+    Negative where they cut, by how far. Between round holes exact; else within some µm, from polygons.
+    Returns infinity for a disc without openings.
     """
-    from shapely import Point, Polygon
+    from shapely import Polygon
 
     disc = Polygon(sample(outline.profile, EqualArc(_POINTS_PER_LOBE)).xy)
+    polygons = [Polygon(_xy(contour)) for contour in outline.contours]
     least, place = math.inf, "no holes"
-    for i, hole in enumerate(outline.holes):
-        centre = Point(hole.centre.real, hole.centre.imag)
-        rim = disc.exterior.distance(centre) - hole.radius
-        if not disc.contains(centre):
-            rim = -hole.radius
+    for i, contour in enumerate(outline.contours):
+        rim = _rim(disc, contour, polygons[i])
         if rim < least:
-            least, place = rim, f"{hole.name} and teeth"
-        for other in outline.holes[i + 1 :]:
-            web = abs(hole.centre - other.centre) - hole.radius - other.radius
+            least, place = rim, f"{contour.name} and teeth"
+        for j in range(i + 1, len(polygons)):
+            web = _web(contour, polygons[i], outline.contours[j], polygons[j])
             if web < least:
-                least, place = web, f"{hole.name} and {other.name}"
+                least, place = web, f"{contour.name} and {outline.contours[j].name}"
     return float(least), place
+
+
+def _rim(disc: Polygon, contour: Contour, polygon: Polygon) -> float:
+    from shapely import Point
+
+    arc = contour.circle
+    if arc is None:
+        return float(disc.exterior.distance(polygon)) if disc.contains(polygon) else -_beyond(contour, disc, False)
+    centre = Point(arc.centre.real, arc.centre.imag)
+    return float(disc.exterior.distance(centre)) - arc.radius if disc.contains(centre) else -arc.radius
+
+
+def _web(contour: Contour, polygon: Polygon, other: Contour, other_polygon: Polygon) -> float:
+    a, b = contour.circle, other.circle
+    if a is not None and b is not None:
+        return abs(a.centre - b.centre) - a.radius - b.radius
+    if not polygon.intersects(other_polygon):
+        return float(polygon.distance(other_polygon))
+    return -max(_beyond(contour, other_polygon, True), _beyond(other, polygon, True))
+
+
+def _beyond(contour: Contour, polygon: Polygon, inside: bool) -> float:
+    """How far the contour reaches into the polygon, or out of it [mm]."""
+    import shapely
+
+    points: Any = shapely.points(_xy(contour))
+    wrong = points[shapely.contains(polygon, points) == inside]
+    return float(np.max(shapely.distance(wrong, polygon.exterior), initial=0.0))
+
+
+def _xy(contour: Contour) -> Any:
+    points = contour.points(_CHORDS)
+    return np.stack([points.real, points.imag], axis=-1)

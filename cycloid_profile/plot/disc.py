@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _POINTS_PER_LOBE = 24
+_CHORDS = 0.02  # mm
 
 
 def disc_in_pins(record: DesignRecord) -> Figure:
@@ -29,10 +30,10 @@ def disc_in_pins(record: DesignRecord) -> Figure:
         centre = trochoid.eccentricity
         outline = sample(record.profile, EqualArc(_POINTS_PER_LOBE)).xy + np.array([centre, 0.0])
         rings = [Path(np.vstack([outline, outline[:1]]), closed=True)]
-        turn = np.linspace(0.0, -2.0 * np.pi, 73)
-        for hole in record.outline.holes:
-            ring = hole.centre + centre + hole.radius * np.exp(1j * turn)
-            rings.append(Path(np.stack([ring.real, ring.imag], axis=-1)[::-1], closed=True))
+        for contour in record.outline.contours:
+            ring = contour.points(_CHORDS) + centre
+            ring = np.append(ring, ring[:1])
+            rings.append(Path(np.stack([ring.real, ring.imag], axis=-1), closed=True))
         ax.add_patch(PathPatch(Path.make_compound_path(*rings), facecolor="#E8EEF4", edgecolor=BLACK, linewidth=0.9))
 
         angle = 2.0 * np.pi * np.arange(trochoid.pins) / trochoid.pins

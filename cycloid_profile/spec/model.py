@@ -8,13 +8,17 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-import msgspec
-from msgspec import Meta
-
-
-def _key(description: str, remedy: str, **limits: Any) -> Meta:
-    return Meta(description=description, extra={"remedy": remedy}, **limits)
-
+from cycloid_profile.spec.machining import (
+    Compensation,
+    Dialect,
+    EqualSpacing,
+    GrindingSpec,
+    InspectionSpec,
+    Spacing,
+    WireSpec,
+)
+from cycloid_profile.spec.table import Table as Table
+from cycloid_profile.spec.table import key as _key
 
 _LENGTH = "give a length above zero in mm"
 _SIZE = {"ge": 1e-3, "le": 1e4}  # mm
@@ -24,10 +28,6 @@ _AMOUNT = "give an amount in µm, positive removes material"
 
 Format = Literal["csv", "dxf", "step", "gcode", "cmm"]
 FORMATS: tuple[Format, ...] = ("csv", "dxf", "step", "gcode", "cmm")
-
-
-class Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """A table of the spec file."""
 
 
 class CranksSpec(Table, frozen=True):
@@ -189,12 +189,64 @@ class HolesSpec(Table, frozen=True):
     radius_mm: Annotated[float, _key("Radius of a hole [mm].", _LENGTH, **_SIZE)]
 
 
+class WindowsSpec(Table, frozen=True):
+    """A ring of equal windows between two radii, with radial sides; slots where the corners are round ends."""
+
+    count: Annotated[int, _key("Number of windows.", "give at least 1 window", ge=1, le=100)]
+    inner_radius_mm: Annotated[float, _key("Radius of the inner edge [mm].", _LENGTH, **_SIZE)]
+    outer_radius_mm: Annotated[float, _key("Radius of the outer edge [mm].", _LENGTH, **_SIZE)]
+    span_deg: Annotated[float, _key("Angle between the sides of a window [°].", "give an angle in °", gt=0, lt=360)]
+    corner_radius_mm: (
+        Annotated[
+            float,
+            _key(
+                "Radius of the corners [mm]; absent: a quarter of the width, or what fits; half the width makes slots.",
+                "give a length in mm, 0 for sharp corners",
+                ge=0,
+                le=1e4,
+            ),
+        ]
+        | None
+    ) = None
+    first_at_deg: (
+        Annotated[
+            float,
+            _key(
+                "Angle of the first window's middle from the x axis [°]; absent: half a pitch, between crank holes.",
+                "give an angle in °",
+                ge=-360,
+                le=360,
+            ),
+        ]
+        | None
+    ) = None
+
+
+class KeywaySpec(Table, frozen=True):
+    """Keyways of the bore, with parallel sides and a flat floor."""
+
+    width_mm: Annotated[float, _key("Width of the key [mm].", _LENGTH, **_SIZE)]
+    depth_mm: Annotated[
+        float, _key("Depth from the circle of the bore to the floor, at the middle [mm].", _LENGTH, **_SIZE)
+    ]
+    count: Annotated[int, _key("Number of keyways, evenly round the bore.", "give 1 keyway", ge=1, le=100)] = 1
+    corner_radius_mm: Annotated[
+        float,
+        _key("Radius between floor and sides [mm].", "give a length in mm, 0 for sharp corners", ge=0, le=1e4),
+    ] = 0.0
+    first_at_deg: Annotated[
+        float, _key("Angle of the first keyway from the x axis [°].", "give an angle in °", ge=-360, le=360)
+    ] = 0.0
+
+
 class DiscSpec(Table, frozen=True):
-    """Holes of the disc; sizes are estimated where absent."""
+    """Openings of the disc; sizes are estimated where absent."""
 
     bore_radius_mm: Annotated[float, _key("Radius of the central bore [mm].", _LENGTH, **_SIZE)] | None = None
     crank_hole_radius_mm: Annotated[float, _key("Radius of the crank holes [mm].", _LENGTH, **_SIZE)] | None = None
     output_holes: HolesSpec | None = None
+    windows: WindowsSpec | None = None
+    keyway: KeywaySpec | None = None
 
 
 class ExportSpec(Table, frozen=True):
@@ -210,6 +262,38 @@ class ExportSpec(Table, frozen=True):
     feed_mm_per_min: Annotated[float, _key("Feed of the contour program [mm/min].", "give a feed", ge=1, le=1e5)] = (
         200.0
     )
+    point_spacing: Annotated[Spacing, _key("How the points of profile.csv are spread.", "")] = "chord-error"
+    points_per_lobe: (
+        Annotated[
+            int,
+            _key(
+                "Points of profile.csv on a lobe, equally spaced; absent: as many as the chord tolerance takes.",
+                "give 8 to 20000 points",
+                ge=8,
+                le=20000,
+            ),
+        ]
+        | None
+    ) = None
+    cmm_spacing: Annotated[EqualSpacing, _key("How the nominal measuring points are spread.", "")] = "equal-arc"
+    nc_dialect: Annotated[Dialect, _key("Control the NC programs are written for.", "")] = "linuxcnc"
+    wheel_radius_mm: (
+        Annotated[
+            float,
+            _key(
+                "Radius of the grinding wheel [mm]; absent: 0.8 of the least concave radius of the tooth.",
+                "give a radius below the least concave radius",
+                **_SIZE,
+            ),
+        ]
+        | None
+    ) = None
+    wheel_compensation: Annotated[
+        Compensation, _key("Wheel radius compensation of the contour program; G42 runs anticlockwise.", "")
+    ] = "none"
+    grinding: GrindingSpec = GrindingSpec()
+    wire: WireSpec = WireSpec()
+    inspection: InspectionSpec = InspectionSpec()
 
 
 class PublishedValue(Table, frozen=True):

@@ -197,7 +197,7 @@ def test_a_wave_that_does_not_come_out_even_is_cancelled_at_its_seam_too(tmp_pat
     result = correction(found(drawn(), [named(error)]))
     assert result.residual < 1e-6
     assert reground(result, [error]) < 1.03 * NOISE
-    written = GcodeExporter().write(path_of(result.program), tmp_path)
+    (written,) = GcodeExporter().write(path_of(result.program), tmp_path)
     assert written.deviation is not None
     assert written.deviation.largest <= 0.065 * UM
 
@@ -287,7 +287,7 @@ def test_files_of_differing_lobes_keep_their_promise(number: int, tmp_path: Path
     assert not program.lobes_alike
     path = path_of(program)
     for exporter in (ProfileCsvExporter(), GcodeExporter(filename="corrected.nc"), CmmExporter()):
-        written = exporter.write(path, tmp_path)
+        (written,) = exporter.write(path, tmp_path)
         assert written.deviation is not None
         assert written.tolerance is not None
         assert written.deviation.largest <= written.tolerance

@@ -39,7 +39,7 @@ def exact(rv40e_record: DesignRecord) -> ExactCurve:
 
 
 def test_profile_csv_obeys_its_contract(rv40e_record: DesignRecord, exact: ExactCurve, tmp_path: Path) -> None:
-    written = ProfileCsvExporter().write(rv40e_record, tmp_path)
+    (written,) = ProfileCsvExporter().write(rv40e_record, tmp_path)
     with (tmp_path / "profile.csv").open(encoding="ascii", newline="") as file:
         rows = list(csv.reader(file))
     assert tuple(rows[0]) == PROFILE_COLUMNS
@@ -65,7 +65,7 @@ def test_profile_csv_obeys_its_contract(rv40e_record: DesignRecord, exact: Exact
 def test_dxf_is_one_cubic_spline_of_control_vertices(
     rv40e_record: DesignRecord, exact: ExactCurve, tmp_path: Path
 ) -> None:
-    written = DxfExporter().write(rv40e_record, tmp_path)
+    (written,) = DxfExporter().write(rv40e_record, tmp_path)
     ((degree, flags, knots, control),) = read_dxf_splines(tmp_path / "profile.dxf", "PROFILE")
     assert degree == 3
     assert flags & 1 == 0, "the closed flag makes several readers drop the curve"
@@ -83,7 +83,7 @@ def test_dxf_is_one_cubic_spline_of_control_vertices(
 
 def test_step_is_a_valid_solid_within_tolerance(rv40e_record: DesignRecord, exact: ExactCurve, tmp_path: Path) -> None:
     pytest.importorskip("build123d", reason="the CAD kernel is not installed")
-    written = StepExporter().write(rv40e_record, tmp_path)
+    (written,) = StepExporter().write(rv40e_record, tmp_path)
     curves = read_step_splines(tmp_path / "disc.step")
     bottom = [(d, k, c) for d, k, c in curves if np.all(c[:, 2] == 0.0)]
     points = np.concatenate([sample_spline(d, k, c[:, :2], 10) for d, k, c in bottom])

@@ -8,7 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cycloid_profile.geometry.outline import DiscOutline, Hole, least_web, ring_of_holes
+from cycloid_profile.geometry.contour import circle
+from cycloid_profile.geometry.openings import ring_of_holes
+from cycloid_profile.geometry.outline import DiscOutline, least_web
 
 
 def test_radii_of_the_outline_are_root_and_tip(theoretical):
@@ -22,17 +24,17 @@ def test_disc_without_holes_has_no_wall(theoretical):
 
 
 @given(st.integers(1, 12), st.floats(10.0, 50.0), st.floats(0.5, 8.0))
-def test_ring_of_holes_is_even_and_starts_on_the_x_axis(count, circle, radius):
-    holes = ring_of_holes("crank", count, circle, radius)
+def test_ring_of_holes_is_even_and_starts_on_the_x_axis(theoretical, count, circle_radius, radius):
+    holes = DiscOutline(theoretical, ring_of_holes("crank", count, circle_radius, radius)).holes
     assert [hole.name for hole in holes] == [f"crank {i + 1}" for i in range(count)]
-    assert holes[0].centre == pytest.approx(circle)
-    assert sum(hole.centre for hole in holes) == pytest.approx(circle if count == 1 else 0.0, abs=1e-10)
+    assert holes[0].centre == pytest.approx(circle_radius)
+    assert sum(hole.centre for hole in holes) == pytest.approx(circle_radius if count == 1 else 0.0, abs=1e-10)
     assert all(hole.radius == radius for hole in holes)
 
 
 def test_wall_to_the_teeth_is_measured_at_the_nearest_root(theoretical):
     # Phase 0 of the tooth curve, a root, lies on the x axis.
-    hole = Hole("bore", 50.0 + 0j, 5.0)
+    hole = circle("bore", 50.0 + 0j, 5.0)
     wall, place = least_web(DiscOutline(theoretical, (hole,)))
     assert wall == pytest.approx(59.7 - 50.0 - 5.0, abs=3e-3)
     assert place == "bore and teeth"
@@ -48,9 +50,9 @@ def test_wall_between_holes_names_both(theoretical):
 @pytest.mark.parametrize(
     ("holes", "wall"),
     [
-        ((Hole("a", 10.0 + 0j, 6.0), Hole("b", 20.0 + 0j, 6.0)), -2.0),
-        ((Hole("a", 58.0 + 0j, 5.0),), -3.3),
-        ((Hole("a", 90.0 + 0j, 5.0),), -5.0),
+        ((circle("a", 10.0 + 0j, 6.0), circle("b", 20.0 + 0j, 6.0)), -2.0),
+        ((circle("a", 58.0 + 0j, 5.0),), -3.3),
+        ((circle("a", 90.0 + 0j, 5.0),), -5.0),
     ],
     ids=["into each other", "through the teeth", "outside the disc"],
 )
