@@ -76,6 +76,16 @@ def pieces(profile: ToothProfile) -> list[Piece]:
     return [Piece(profile, i // each, a, b) for i, (a, b) in enumerate(itertools.pairwise(edges))]
 
 
+def flanks(profile: ToothProfile) -> list[Piece]:
+    """As ``pieces``, but divided at every root and tip, whether there is a corner or not."""
+    edges = sorted({0.0, math.pi, 2.0 * math.pi, *profile.corners})
+    return [
+        Piece(profile, lobe, 2.0 * math.pi * lobe + a, 2.0 * math.pi * lobe + b)
+        for lobe in range(profile.trochoid.lobes)
+        for a, b in itertools.pairwise(edges)
+    ]
+
+
 def chord_phases(profile: ToothProfile, tolerance: float) -> tuple[FloatArray, FloatArray]:
     """Phases along the whole disc whose chords stay within ``tolerance`` of the curve [mm], end not repeated [rad].
 

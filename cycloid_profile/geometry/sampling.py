@@ -1,4 +1,4 @@
-"""How densely to sample a tooth: by chord error, by equal arc, or by equal polar angle.
+"""How densely to sample a tooth: by chord error, or by equal arc, polar angle or angle of the normal.
 
 Every strategy places phases on one lobe, corners always among them; ``sample`` repeats them on all lobes.
 """
@@ -80,6 +80,20 @@ class EqualAngle:
     def phases(self, profile: ToothProfile) -> FloatArray:
         """See ``Sampling.phases``."""
         return _spread(profile, self.points_per_lobe, lambda points: np.abs((points.first / points.position).imag))
+
+
+@dataclass(frozen=True, slots=True)
+class EqualNormalAngle:
+    """``points_per_lobe`` points between which the normal turns by equal angles, either way.
+
+    Dense where the tooth bends, sparse about an inflection.
+    """
+
+    points_per_lobe: int
+
+    def phases(self, profile: ToothProfile) -> FloatArray:
+        """See ``Sampling.phases``."""
+        return _spread(profile, self.points_per_lobe, lambda points: np.abs(points.curvature * points.first))
 
 
 def sample(profile: ToothProfile, sampling: Sampling) -> ToothPoints:

@@ -1,0 +1,88 @@
+"""The grinding wheel against the tooth: which radius goes into the roots, how near it comes, what it leaves."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
+from cycloid_profile.contact.gap import nearest_foot
+from cycloid_profile.errors import ExportError
+from cycloid_profile.export.disc_path import flanks, pieces
+from cycloid_profile.geometry.curvature import least_radii
+from cycloid_profile.geometry.profile import ToothProfile
+
+_GRID = 721  # phases on a smooth part where lobes differ
+_SAMPLES_PER_LOBE = 360
+# Of the least concave radius: leaves the wheel room beside the grooves that a compensated tooth has at root and tip.
+DEFAULT_SHARE = 0.8
+# Of the root radius, for teeth without a concave part, into which any wheel goes.
+LARGEST_SHARE = 0.5
+
+
+def least_concave_radius(profile: ToothProfile) -> float:
+    """Least radius of the concave parts of all lobes [mm], infinite where there is none."""
+    if profile.lobes_alike:
+        return least_radii(profile).concave
+    tightest = 0.0
+    for piece in pieces(profile):
+        psi, side = piece.grid(_GRID)
+        tightest = max(tightest, float(np.max(profile.at(psi, side).curvature)))
+    return 1.0 / tightest if tightest > 0.0 else math.inf
+
+
+def wheel_radius(profile: ToothProfile, asked_mm: float | None) -> float:
+    """The radius asked for, or one that goes into every root, to two digits [mm].
+
+    Raises
+    ------
+    ExportError
+        If a wheel of that radius would cut into the flanks beside a root.
+    """
+    limit = least_concave_radius(profile)
+    if asked_mm is None:
+        room = min(DEFAULT_SHARE * limit, LARGEST_SHARE * float(np.abs(profile.at(0.0).position)))
+        digit = 10.0 ** (math.floor(math.log10(room)) - 1)
+        return round(math.floor(room / digit) * digit, 9)
+    if asked_mm >= limit:
+        raise ExportError(
+            "export.wheel_radius_mm",
+            f"{asked_mm:g}",
+            f"is not below the least concave radius of the tooth, {limit:.4f} mm, and would gouge it",
+            "take a smaller wheel",
+        )
+    return asked_mm
+
+
+def clearance(profile: ToothProfile, centre: ComplexArray) -> FloatArray:
+    """Distance of points outside the disc from the nearest part of the tooth, wherever it is [mm]; exact feet."""
+    lobes, period = profile.trochoid.lobes, profile.trochoid.phase_period
+    phase = np.linspace(0.0, period, lobes * _SAMPLES_PER_LOBE, endpoint=False)
+    nearest = phase[_nearest_of(profile.at(phase).position, centre)]
+    # Seen from the lobe of the nearest sample, root at phase 0.
+    lobe = np.round(nearest / (2.0 * math.pi))
+    in_lobe = centre * np.exp(2j * math.pi * lobe / lobes)
+    which = None if profile.lobes_alike else np.mod(lobe, lobes)
+    foot, side = nearest_foot(profile, in_lobe, nearest - 2.0 * math.pi * lobe, which)
+    found: FloatArray = np.abs(in_lobe - profile.at(foot, side, which).position)
+    return found
+
+
+def groove_left(profile: ToothProfile, centre: ComplexArray, radius: float) -> float:
+    """The most that a wheel with these centres leaves standing in the grooves where flanks meet [mm]."""
+    if not profile.corners:
+        return 0.0
+    # Those on a smooth root or tip, which the wheel touches, add nothing.
+    at = flanks(profile)
+    corners = np.array([complex(f.profile.at(f.a, f.side(np.array(f.a))).position) for f in at])
+    away = np.abs(corners - centre[_nearest_of(centre, corners)])
+    return max(0.0, float(np.max(away)) - radius)
+
+
+def _nearest_of(places: ComplexArray, points: ComplexArray) -> IntArray:
+    from scipy.spatial import cKDTree
+
+    tree = cKDTree(np.stack([places.real, places.imag], axis=-1))
+    index: IntArray = tree.query(np.stack([points.real, points.imag], axis=-1))[1]
+    return index
