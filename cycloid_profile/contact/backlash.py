@@ -69,9 +69,10 @@ class Backlash:
         return self.least_gap < -OVERLAP_TOLERANCE
 
 
-def first_touch(profile: ToothProfile, pin_radius: float, meshing: Meshing, direction: ArrayLike) -> Touch:
+def first_touch(profile: ToothProfile, pin_radius: ArrayLike, meshing: Meshing, direction: ArrayLike) -> Touch:
     """Turn each disc by itself in ``direction`` (±1, broadcast to poses × discs) until a pin touches, exactly.
 
+    ``pin_radius`` is one for all or one for each pin [mm].
     Each step closes the smallest gap/lever, which converges quadratically because the levers hardly
     change. Where disc and pins overlap to begin with, the rotation is against ``direction``.
     """
