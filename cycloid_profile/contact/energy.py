@@ -48,7 +48,7 @@ class StageEnergy:
     [mm], shape (poses, discs, pins); ``disc_unknowns``, ``spring_stretch`` and ``spring_matrix`` as in
     ``SupportModel``;
     ``stretch`` of the bearings there, shape (poses, bearings, 2) [mm]; ``bearing_stiffness`` [N/mm] and
-    ``play`` [mm]; ``torque`` shape (poses,) and carrier ``rotation`` there [N·mm, rad]; ``arm`` as in
+    ``play``, one or shape (poses, 1) [mm]; ``torque`` shape (poses,) and carrier ``rotation`` there [N·mm, rad]; ``arm`` as in
     ``SupportModel``.
     """
 
@@ -63,14 +63,16 @@ class StageEnergy:
     spring_matrix: FloatArray
     stretch: FloatArray
     bearing_stiffness: float
-    play: float
+    play: float | FloatArray
     torque: FloatArray
     rotation: FloatArray
     arm: FloatArray
 
     def poses(self, which: BoolArray) -> StageEnergy:
         """The same at some of the poses."""
-        one_for_all = ("law", "contact", "disc_unknowns", "bearing_stiffness", "play", "arm")
+        one_for_all = ("law", "contact", "disc_unknowns", "bearing_stiffness", "arm")
+        if not isinstance(self.play, np.ndarray):
+            one_for_all = (*one_for_all, "play")
         cut = {f.name: getattr(self, f.name)[which] for f in fields(self) if f.name not in one_for_all}
         return replace(self, **cut, contact=replace(self.contact, curvature=self.contact.curvature[which]))
 
@@ -101,7 +103,7 @@ class StageEnergy:
 
     def hessian(self, point: EnergyPoint) -> FloatArray:
         """Second derivative at a point, shape (poses, unknowns, unknowns); semidefinite."""
-        total = self.spring_matrix.copy() if self.play == 0.0 else self._springs_with_play(point)
+        total = self._springs_with_play(point) if np.any(self.play) else self.spring_matrix.copy()
         along = (self.normal_x, self.normal_y, self.lever)
         for i in range(3):
             weighted = point.stiffness * along[i]
@@ -128,7 +130,7 @@ class StageEnergy:
         pressed = (length > self.play) & (length > 0.0)
         safe = np.where(pressed, length, 1.0)
         unit = np.where(pressed[..., np.newaxis], point.stretch, 0.0) / safe[..., np.newaxis]
-        across = np.where(pressed, 1.0 - self.play / safe, float(self.play == 0.0))[..., np.newaxis, np.newaxis]
+        across = np.where(pressed, 1.0 - self.play / safe, np.equal(self.play, 0.0))[..., np.newaxis, np.newaxis]
         outer = unit[..., :, np.newaxis] * unit[..., np.newaxis, :]
         tangent: FloatArray = self.bearing_stiffness * (across * np.eye(2) + (1.0 - across) * outer)
         return tangent

@@ -112,3 +112,21 @@ class SinglePinError(_OnRing):
     def _oversize(self, where: FloatArray) -> FloatArray:
         (pin,) = chosen(self, "pin", self.pin, where.size)
         return np.where(np.arange(where.size) == pin, self.amount_um * UM, 0.0)
+
+
+@dataclass(frozen=True)
+class PinPositionError(_OnRing):
+    """One pin bore out of its place. Gap: the displacement along the normal. Cure: bore the ring in one set-up.
+
+    To the disc it looks like a pin of another radius wherever it carries, so measurements are told of that.
+    """
+
+    name: ClassVar[str] = "pin_position_error"
+    amplitude_um: float = size("distance from its place [µm]", 2.0, 0.0, 200.0)
+    direction_deg: float = angle("direction in the housing [°]")
+    pin: int = part("number of the pin, 1 stands at angle 0, counted anticlockwise", 1)
+
+    def _shift(self, where: FloatArray) -> ComplexArray:
+        (pin,) = chosen(self, "pin", self.pin, where.size)
+        off = self.amplitude_um * UM * np.exp(1j * self.direction_deg * DEGREE)
+        return np.where(np.arange(where.size) == pin, off, 0.0 + 0.0j)

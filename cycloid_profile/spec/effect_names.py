@@ -24,6 +24,7 @@ EFFECT_NAMES = frozenset(
         "pin_ring_oval",
         "pin_ring_cumulative_pitch",
         "single_pin_error",
+        "pin_position_error",
         # crank and body
         "crank_eccentricity_error",
         "crank_phase_error",

@@ -1,0 +1,361 @@
+"""What scatters from reducer to reducer: effects whose sizes are distributions, read from ``[[tolerance.effects]]``."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import product
+from typing import Any
+
+from cycloid_profile.effects.built import Built
+from cycloid_profile.effects.coordinates import Coordinates, coordinates
+from cycloid_profile.effects.effect import Effect, parameters
+from cycloid_profile.effects.registry import EFFECTS
+from cycloid_profile.errors import CycloidError, SpecError
+from cycloid_profile.tolerance.distribution import Distribution, Normal, Rayleigh, Triangular, Uniform, rayleigh_within
+
+# Parts of which each can have its own size, and the parameter of an effect that numbers them.
+PARTS = {"pin": "pin", "disc": "disc", "crank": "crank", "lobe": "lobe", "planet": "planet"}
+# Effects that none of the quantities sees, or that change more than gaps and fits, with the reason.
+_REFUSED = {
+    "coulomb_friction": "moves both branches of the loop alike and none of these quantities",
+    "load_proportional_friction": "moves both branches of the loop alike and none of these quantities",
+    "pin_support_compliance": "is a property of the design, the same in every reducer",
+    "crank_bearing_compliance": "is a property of the design, the same in every reducer",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """What a tolerance costs: ``fixed`` + ``at_drawing``·(1/r)^``exponent`` at r times the tolerance of the drawing.
+
+    ``finest`` and ``coarsest`` bound r.
+    """
+
+    at_drawing: float
+    exponent: float = 1.0
+    fixed: float = 0.0
+    finest: float = 0.2
+    coarsest: float = 5.0
+
+    def at(self, ratio: float) -> float:
+        """Cost at ``ratio`` times the tolerance."""
+        return self.fixed + self.at_drawing * ratio**-self.exponent
+
+    def slope(self, ratio: float) -> float:
+        """Derivative of the cost by the ratio."""
+        return -self.exponent * self.at_drawing * ratio ** (-self.exponent - 1.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scatter:
+    """One effect that scatters.
+
+    ``choices``, the parts it is drawn for, each by itself, in order; ``size`` and ``angle_deg`` their distributions,
+    the angle None where the effect has none; ``plus_minus`` the tolerance as drawn, in the unit of the size, None where
+    only a standard deviation was given; ``batch_share`` of the variance is common to a batch, ``neighbours`` the number
+    of parts over which sizes of neighbouring parts stay alike; ``unit`` of the size.
+    """
+
+    kind: type[Effect]
+    axes: Coordinates
+    choices: tuple[Mapping[str, Any], ...]
+    size: Distribution
+    angle_deg: Distribution | None
+    plus_minus: float | None = None
+    batch_share: float = 0.0
+    neighbours: float = 0.0
+    cost: Cost | None = None
+    label: str = ""
+
+    @property
+    def parameter(self) -> str:
+        """Effect and size as one word, such as ``single_pin_error.amount_um``."""
+        return f"{self.kind.name}.{self.axes.size.name}"
+
+    @property
+    def unit(self) -> str:
+        """Unit of the size."""
+        ending = self.axes.size.name.rsplit("_", 1)[-1]
+        return {"um": "µm", "arcmin": "arcmin", "deg": "°"}.get(ending, ending)
+
+    @property
+    def components(self) -> bool:
+        """Whether both components are plain normal numbers: an offset in any direction, none of them rejected."""
+        free = isinstance(self.angle_deg, Uniform) and self.angle_deg.half_width >= 180.0
+        return free and isinstance(self.size, Rayleigh) and math.isinf(self.size.limit)
+
+    def scaled(self, factor: float) -> Scatter:
+        """The same with a tolerance ``factor`` times as wide."""
+        wide = None if self.plus_minus is None else self.plus_minus * factor
+        return replace(self, size=self.size.scaled(factor), plus_minus=wide)
+
+
+@dataclass(frozen=True, slots=True)
+class Correlation:
+    """Correlation ``value`` between the normal numbers of two scatters, by their index."""
+
+    first: int
+    second: int
+    value: float
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """All that scatters, and how it hangs together."""
+
+    scatters: tuple[Scatter, ...]
+    correlations: tuple[Correlation, ...] = ()
+    assumed: bool = field(default=False)
+
+    def scaled(self, factors: Sequence[float]) -> Tolerances:
+        """The same with each scatter's tolerance times its factor."""
+        return replace(
+            self, scatters=tuple(one.scaled(factor) for one, factor in zip(self.scatters, factors, strict=True))
+        )
+
+
+def tolerances_of(
+    tables: Sequence[Mapping[str, Any]], correlated: Sequence[Mapping[str, Any]], built: Built
+) -> Tolerances:
+    """From the tables of a spec file.
+
+    Raises
+    ------
+    SpecError
+        If an effect, key or part is unknown or impossible, a width is negative, or the correlations contradict.
+    """
+    scatters = tuple(_scatter(table, built, f"tolerance.effects[{i}]") for i, table in enumerate(tables, start=1))
+    labels = [one.label for one in scatters]
+    if len(set(labels)) < len(labels):
+        scatters = tuple(replace(one, label=f"{one.label} ({i})") for i, one in enumerate(scatters, start=1))
+    return Tolerances(scatters, _correlations(correlated, scatters))
+
+
+def workshop_tolerances(built: Built) -> Tolerances:
+    """What a good workshop holds, for every effect this drive can have: a start where a spec names no tolerances."""
+    tables: list[dict[str, Any]] = [
+        {"name": "equidistant_error", "each": "disc", "amount_um": {}},
+        {"name": "radial_moving_error", "each": "disc", "amount_um": {}},
+        {"name": "disc_runout", "each": "disc", "amplitude_um": {}},
+        {"name": "cumulative_pitch_error", "each": "disc", "amplitude_um": {}},
+        {"name": "single_tooth_error", "each": ["disc", "lobe"], "amount_um": {"plus_minus": 1.0}},
+        {"name": "pin_radius_error", "amount_um": {}},
+        {"name": "single_pin_error", "each": "pin", "amount_um": {}},
+        {"name": "pin_position_error", "each": "pin", "amplitude_um": {}},
+        {"name": "pin_circle_radius_error", "amount_um": {}},
+        {"name": "pin_ring_runout", "amplitude_um": {}},
+        {"name": "pin_ring_cumulative_pitch", "amplitude_um": {}},
+    ]
+    if built.cranks:
+        tables += [
+            {"name": "crank_eccentricity_error", "each": ["crank", "disc"], "amount_um": {}},
+            {"name": "crank_hole_error", "each": ["crank", "disc"], "amplitude_um": {}},
+            {"name": "crank_bearing_clearance", "radial_um": {"mean": 1.0, "plus_minus": 1.0}},
+        ]
+    return replace(tolerances_of(tables, (), built), assumed=True)
+
+
+def _scatter(table: Mapping[str, Any], built: Built, where: str) -> Scatter:
+    name = str(table.get("name", ""))
+    kind = EFFECTS.get(name)
+    if kind is None:
+        raise SpecError(f"{where}.name", f"'{name}'", "is not the name of an effect", _nearest(name, EFFECTS))
+    if name in _REFUSED:
+        raise SpecError(f"{where}.name", f"'{name}'", _REFUSED[name], "leave it out, or give it under [[effects]]", " ")
+    known = {p.name for p in parameters(kind)}
+    given = {key: value for key, value in table.items() if key not in _OTHER_KEYS}
+    for key in given:
+        if key not in known:
+            raise SpecError(
+                f"{where}.{key}", "…", f"is not a parameter of {name}", _nearest(key, [*known, *_OTHER_KEYS]), " "
+            )
+    fixed = {key: value for key, value in given.items() if not isinstance(value, Mapping)}
+    sizes = [p for p in parameters(kind) if p.tolerance is not None and p.name in given and p.name not in fixed]
+    open_sizes = [p for p in parameters(kind) if p.tolerance is not None and p.name not in fixed]
+    if not open_sizes or not sizes:
+        first = next(p.name for p in parameters(kind) if p.tolerance is not None)
+        raise SpecError(f"{where}.{first}", fixed.get(first, "not given"), "is no distribution",
+                        f"give {first} = {{ plus_minus = {open_sizes[0].tolerance if open_sizes else 1.0:g} }}")  # fmt: skip
+    size_name = sizes[0].name
+    for p in open_sizes:
+        if p.name != size_name:
+            fixed[p.name] = p.tolerance
+    axes = coordinates(kind, frozenset(fixed))
+    size, plus_minus = _distribution(given[size_name], axes, f"{where}.{size_name}")
+    choices = _choices(table, kind, fixed, built, where)
+    scatter = Scatter(
+        kind=kind,
+        axes=axes,
+        choices=choices,
+        size=size,
+        angle_deg=None if axes.angle is None else _angle(given.get(axes.angle.name, {}), f"{where}.{axes.angle.name}"),
+        plus_minus=plus_minus,
+        batch_share=_number(table, "batch_share", 0.0, where, 0.0, 1.0),
+        neighbours=_number(table, "neighbours", 0.0, where, 0.0, 1000.0),
+        cost=_cost(table, where),
+        label=str(table.get("label", name)),
+    )
+    _try(scatter, built, where)
+    return scatter
+
+
+_OTHER_KEYS = ("name", "label", "each", "batch_share", "neighbours", "cost", "cost_exponent", "cost_fixed", "finest",
+               "coarsest")  # fmt: skip
+_SIZE_KEYS = ("plus_minus", "sigma", "mean", "cp", "distribution", "inspected")
+
+
+def _normal(mean: float, wide: float, sigma: float, inspected: bool) -> Distribution:
+    return Normal(mean, sigma, wide if inspected else math.inf)
+
+
+_SHAPES: dict[str, Callable[[float, float, float, bool], Distribution]] = {
+    "normal": _normal,
+    "uniform": lambda mean, wide, _sigma, _inspected: Uniform(mean, wide),
+    "triangular": lambda mean, wide, _sigma, _inspected: Triangular(mean, wide),
+}
+
+
+def _distribution(value: Mapping[str, Any], axes: Coordinates, where: str) -> tuple[Distribution, float | None]:
+    for key in value:
+        if key not in _SIZE_KEYS:
+            raise SpecError(f"{where}.{key}", value[key], "is not a key of a distribution", _nearest(key, _SIZE_KEYS))
+    cp = _number(value, "cp", 1.0, where, 1e-3, 100.0)
+    directed = axes.angle is not None
+    shape = value.get("distribution", "rayleigh" if directed else "normal")
+    if shape not in (*_SHAPES, "rayleigh"):
+        raise SpecError(f"{where}.distribution", f"'{shape}'", "is not known",
+                        f"choose from {', '.join((*_SHAPES, 'rayleigh'))}")  # fmt: skip
+    inspected = bool(value.get("inspected", False))
+    if "sigma" in value:
+        sigma = _number(value, "sigma", 0.0, where, 0.0, 1e6)
+        if "plus_minus" in value:
+            raise SpecError(f"{where}.sigma", sigma, "is given beside plus_minus", "give one of them")
+        if shape == "rayleigh":
+            return Rayleigh(sigma), None
+        if shape != "normal" or inspected:
+            raise SpecError(f"{where}.sigma", sigma, f"goes with a plain normal distribution, not {shape} or inspected",
+                            "give plus_minus")  # fmt: skip
+        return Normal(_mean(value, axes, where), sigma), None
+    wide = _number(value, "plus_minus", axes.size.tolerance or 1.0, where, 0.0, 1e6)
+    if shape == "rayleigh":
+        if not directed or value.get("mean"):
+            raise SpecError(f"{where}.distribution", "'rayleigh'", "is for a size with a direction and without a mean",
+                            "choose normal")  # fmt: skip
+        return rayleigh_within(wide, cp, inspected), wide
+    mean = _mean(value, axes, where)
+    return _SHAPES[shape](mean, wide, wide / (3.0 * cp), inspected), wide
+
+
+def _mean(value: Mapping[str, Any], axes: Coordinates, where: str) -> float:
+    return _number(value, "mean", 0.0, where, axes.size.low, axes.size.high)
+
+
+def _angle(value: Any, where: str) -> Distribution:
+    """Any direction, unless one is given."""
+    if isinstance(value, int | float):
+        return Normal(float(value), 0.0)
+    mean = _number(value, "mean", 0.0, where, -3600.0, 3600.0)
+    return Uniform(mean, _number(value, "plus_minus", 180.0, where, 0.0, 180.0))
+
+
+def _cost(table: Mapping[str, Any], where: str) -> Cost | None:
+    if "cost" not in table:
+        return None
+    cost = Cost(
+        at_drawing=_number(table, "cost", 1.0, where, 0.0, 1e12),
+        exponent=_number(table, "cost_exponent", 1.0, where, 0.05, 10.0),
+        fixed=_number(table, "cost_fixed", 0.0, where, 0.0, 1e12),
+        finest=_number(table, "finest", 0.2, where, 1e-3, 1e3),
+        coarsest=_number(table, "coarsest", 5.0, where, 1e-3, 1e3),
+    )
+    if cost.finest > cost.coarsest:
+        raise SpecError(f"{where}.finest", cost.finest, f"is above coarsest = {cost.coarsest:g}", "swap them")
+    return cost
+
+
+def _number(table: Mapping[str, Any], key: str, default: float, where: str, low: float, high: float) -> float:
+    value = table.get(key, default)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise SpecError(f"{where}.{key}", repr(value), "is not a number", "give a number")
+    if not low <= value <= high:
+        raise SpecError(f"{where}.{key}", f"{value:g}", f"is outside {low:g} to {high:g}", "give a number within")
+    return float(value)
+
+
+def _choices(
+    table: Mapping[str, Any], kind: type[Effect], fixed: Mapping[str, Any], built: Built, where: str
+) -> tuple[Mapping[str, Any], ...]:
+    each = table.get("each", [])
+    parts = [each] if isinstance(each, str) else list(each)
+    trochoid = built.case.drive.trochoid
+    counts = {"pin": trochoid.pins, "disc": built.discs, "crank": built.cranks, "lobe": trochoid.lobes,
+              "planet": built.cranks}  # fmt: skip
+    known = {p.name for p in parameters(kind)}
+    for part in parts:
+        if part not in PARTS or PARTS[part] not in known:
+            own = [one for one, key in PARTS.items() if key in known]
+            remedy = f"choose from {', '.join(own)}" if own else "leave 'each' out: the effect is one a reducer"
+            raise SpecError(f"{where}.each", f"'{part}'", f"is no part that {kind.name} knows", remedy)
+        if counts[part] == 0:
+            raise SpecError(f"{where}.each", f"'{part}'", "is a part this drive has not", "leave the entry out")
+    numbers = product(*(range(1, counts[part] + 1) for part in parts))
+    return tuple({**fixed, **dict(zip((PARTS[p] for p in parts), n, strict=True))} for n in numbers)
+
+
+def _try(scatter: Scatter, built: Built, where: str) -> None:
+    """Make one, so that what is impossible is said now."""
+    import numpy as np
+
+    x = np.zeros(scatter.axes.count)
+    x[0] = 1.0 / (scatter.axes.size.high) if scatter.axes.inverse else 1e-3
+    try:
+        for choice in (scatter.choices[0], scatter.choices[-1]):
+            scatter.axes.effect(x, choice).apply(built)
+    except CycloidError as error:
+        raise SpecError(f"{where}: {error.what}", error.value, error.limit, error.remedy) from None
+
+
+def _correlations(tables: Sequence[Mapping[str, Any]], scatters: Sequence[Scatter]) -> tuple[Correlation, ...]:
+    import numpy as np
+
+    names = [one.parameter if one.label == one.kind.name else one.label for one in scatters]
+    found = []
+    matrix = np.eye(len(scatters))
+    for i, table in enumerate(tables, start=1):
+        where = f"tolerance.correlations[{i}]"
+        between = table.get("between", ())
+        if not isinstance(between, list | tuple) or len(between) != 2:
+            raise SpecError(f"{where}.between", repr(between), "is not two names", f"choose from {', '.join(names)}")
+        for name in between:
+            if name not in names:
+                raise SpecError(f"{where}.between", repr(name), "is none of the tolerances", _nearest(str(name), names))
+        a, b = (names.index(name) for name in between)
+        if a == b or len(scatters[a].choices) != len(scatters[b].choices):
+            raise SpecError(
+                f"{where}.between",
+                f"'{between[0]}' and '{between[1]}'",
+                "are not two tolerances of as many parts each",
+                "give both the same 'each'",
+                " ",
+            )
+        value = _number(table, "value", 0.0, where, -1.0, 1.0)
+        matrix[a, b] = matrix[b, a] = value
+        found.append(Correlation(a, b, value))
+    least = float(np.min(np.linalg.eigvalsh(matrix))) if len(scatters) else 1.0
+    if least <= 1e-12:
+        raise SpecError(
+            "tolerance.correlations",
+            f"with a least eigenvalue of {least:.3g}",
+            "are not positive definite",
+            "make them smaller: what hangs on one thing must hang together",
+            " ",
+        )
+    return tuple(found)
+
+
+def _nearest(word: str, known: Any) -> str:
+    close = difflib.get_close_matches(word, list(known), n=1, cutoff=0.4)
+    return f"did you mean {close[0]}?" if close else f"choose from {', '.join(sorted(known))}"
