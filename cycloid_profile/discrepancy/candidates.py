@@ -26,6 +26,8 @@ from cycloid_profile.errors import CycloidError
 _WIDTH_OF_TOLERANCE = 2.0
 _LEAST_WIDTH_UM = 1.5
 _IMPLAUSIBLE = 3.5
+# Waves of chatter are found by their spectrum; a pin out of place is told as one of another radius.
+_NOT_LISTED = frozenset({"grinding_chatter", "pin_position_error"})
 
 
 @dataclass(frozen=True)
@@ -125,7 +127,7 @@ def candidates(built: Built, scanned: frozenset[int], curves: bool) -> tuple[Can
     """
     found: list[Candidate] = []
     for kind in EFFECTS.values():
-        if kind.name == "grinding_chatter" or (kind.place is not Place.FLANK and not curves):
+        if kind.name in _NOT_LISTED or (kind.place is not Place.FLANK and not curves):
             continue
         for choice in _choices(kind, built, scanned, curves):
             candidate = candidate_of(kind, choice)
