@@ -45,6 +45,40 @@ def started_at(chain: Arcs, first: int) -> Arcs:
     return replace(chain, ends=np.append(ends, ends[0]), bend=np.roll(chain.bend, -first))
 
 
+def begun_near(chain: Arcs, point: complex) -> Arcs:
+    """The same closed chain begun at its place nearest to ``point``, where a segment is divided."""
+    samples = 64
+    along = chain.points(samples).reshape(-1, samples)
+    # Rounded, so that of places equally near it is always the first.
+    k, i = np.unravel_index(int(np.argmin(np.round(np.abs(along - point), 6))), along.shape)
+    ends = np.insert(chain.ends, k + 1, along[k, i])
+    return started_at(Arcs(ends, np.insert(chain.bend, k, chain.bend[k])), int(k) + 1)
+
+
+def part_of(chain: Arcs, first: int, last: int) -> Arcs:
+    """The segments from joint ``first`` to joint ``last``."""
+    return Arcs(chain.ends[first : last + 1], chain.bend[first:last])
+
+
+def away_from(chain: Arcs, points: ComplexArray) -> FloatArray:
+    """Distance of points, shape (n,), from the nearest place of the chain, shape (n,) [mm]; exact."""
+    nearest = np.full(points.shape, math.inf)
+    segments = zip(chain.ends[:-1], chain.ends[1:], chain.bend, chain.centres, strict=True)
+    for start, end, bend, centre in segments:
+        to_ends = np.minimum(np.abs(points - start), np.abs(points - end))
+        if bend == 0.0:
+            share = ((points - start) * np.conj(end - start)).real / abs(end - start) ** 2
+            beside = np.where((share > 0.0) & (share < 1.0), np.abs(points - start - share * (end - start)), to_ends)
+        else:
+            # In the sector of the arc, seen from its middle, the way is radial.
+            middle = cmath.phase(complex((start + end) * 0.5 - centre))
+            half = 0.5 * abs(cmath.phase(complex((end - centre) / (start - centre))))
+            inside = np.abs(np.angle((points - centre) * np.exp(-1j * middle))) < half
+            beside = np.where(inside, np.abs(np.abs(points - centre) - 1.0 / abs(bend)), to_ends)
+        nearest = np.minimum(nearest, beside)
+    return nearest
+
+
 def tangents(chain: Arcs) -> tuple[ComplexArray, ComplexArray]:
     """Unit tangents at start and end of every arc, shape (n,) both."""
     chord = np.diff(chain.ends)

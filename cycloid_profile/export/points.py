@@ -3,21 +3,34 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from cycloid_profile.arrays import FloatArray
+from cycloid_profile.arrays import FloatArray, IntArray
+from cycloid_profile.errors import ExportError
 from cycloid_profile.export.deviation import deviation
 from cycloid_profile.export.disc_path import Ground, chord_phases
 from cycloid_profile.export.written import WrittenFile
-from cycloid_profile.geometry.sampling import ChordTolerance, EqualArc, chord_error, sample
+from cycloid_profile.geometry.profile import ToothPoints, ToothProfile
+from cycloid_profile.geometry.sampling import (
+    ChordTolerance,
+    EqualArc,
+    EqualNormalAngle,
+    Sampling,
+    chord_error,
+    sample,
+)
+from cycloid_profile.spec.model import ExportSpec
 from cycloid_profile.units import UM
 
 PROFILE_COLUMNS = ("psi_rad", "x_mm", "y_mm", "nx", "ny", "curvature_per_mm")
 CMM_COLUMNS = ("point", "lobe", "psi_rad", "x_mm", "y_mm", "z_mm", "nx", "ny", "nz")
 POINT_RESOLUTION = 1e-9  # mm, last decimal written
+_MOST_POINTS, _GROWTH = 20_000, 1.05  # on a lobe
+_EQUAL: dict[str, Callable[[int], Sampling]] = {"equal-arc": EqualArc, "equal-normal-angle": EqualNormalAngle}
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,25 +46,20 @@ class ProfileCsvExporter:
         return (self.filename,)
 
     def write(self, record: Ground, folder: Path) -> tuple[WrittenFile, ...]:
-        """Write and read back; the deviation includes the chords between neighbouring points."""
-        tolerance = record.spec.export.chord_tolerance_um * UM
-        if record.profile.lobes_alike:
-            spacing = ChordTolerance(tolerance)
-            points = sample(record.profile, spacing)
-            closed = np.append(spacing.phases(record.profile), 2.0 * math.pi)
-        else:
-            along, side = chord_phases(record.profile, tolerance)
-            points = record.profile.at(along, side)
-            closed = np.append(along, record.profile.trochoid.phase_period)
+        """Write and read back; the deviation includes the chords between points, unless their number was given."""
+        points, closed = _spread(record.spec.export, record.profile)
         n = points.normal
         columns = (points.phase, *points.xy.T, n.real, n.imag, points.curvature)
         rows = zip(*(_decimals(c, d) for c, d in zip(columns, (10, 9, 9, 8, 8, 6), strict=True)), strict=True)
         path = folder / self.filename
-        _write_table(path, PROFILE_COLUMNS, [",".join(row) for row in rows])
+        write_table(path, PROFILE_COLUMNS, [",".join(row) for row in rows])
         back = read_table(path)
         found = deviation(record.profile, back[:, 1] + 1j * back[:, 2])
-        found = replace(found, largest=max(found.largest, chord_error(record.profile, closed)))
-        return (WrittenFile(self.filename, self.format, tolerance, found, "numpy", {"points": len(back)}),)
+        promise = POINT_RESOLUTION
+        if closed is not None:
+            promise = record.spec.export.chord_tolerance_um * UM
+            found = replace(found, largest=max(found.largest, chord_error(record.profile, closed)))
+        return (WrittenFile(self.filename, self.format, promise, found, "numpy", {"points": len(back)}),)
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,9 +76,8 @@ class CmmExporter:
 
     def write(self, record: Ground, folder: Path) -> tuple[WrittenFile, ...]:
         """Write and read back."""
-        points = sample(record.profile, EqualArc(record.spec.export.cmm_points_per_lobe))
+        points, lobe = measuring_points(record)
         n = points.normal
-        lobe = np.floor(points.phase / (2.0 * math.pi) + 1e-9).astype(int) + 1
         columns = zip(*(_decimals(c, 9) for c in (points.phase, *points.xy.T, n.real, n.imag)), strict=True)
         z = f"{0.5 * record.drive.disc_width:.4f}"
         rows = [
@@ -78,11 +85,53 @@ class CmmExporter:
             for i, (m, (psi, x, y, nx, ny)) in enumerate(zip(lobe.tolist(), columns, strict=True), start=1)
         ]
         path = folder / self.filename
-        _write_table(path, CMM_COLUMNS, rows)
+        write_table(path, CMM_COLUMNS, rows)
         back = read_table(path)
         found = deviation(record.profile, back[:, 3] + 1j * back[:, 4])
         entities = {"points": len(back), "lobes": int(back[-1, 1])}
         return (WrittenFile(self.filename, self.format, POINT_RESOLUTION, found, "numpy", entities),)
+
+
+def measuring_points(record: Ground) -> tuple[ToothPoints, IntArray]:
+    """Nominal measuring points as ``[export]`` spreads them, and the lobe of each counted from 1."""
+    export = record.spec.export
+    points = sample(record.profile, _EQUAL[export.cmm_spacing](export.cmm_points_per_lobe))
+    return points, np.floor(points.phase / (2.0 * math.pi) + 1e-9).astype(np.intp) + 1
+
+
+def _spread(export: ExportSpec, profile: ToothProfile) -> tuple[ToothPoints, FloatArray | None]:
+    """Points of the profile, and phases between which their chords keep the tolerance; None where that is not asked."""
+    tolerance = export.chord_tolerance_um * UM
+    if export.point_spacing != "chord-error":
+        return _spread_equally(export, profile, tolerance)
+    if profile.lobes_alike:
+        spacing = ChordTolerance(tolerance)
+        return sample(profile, spacing), np.append(spacing.phases(profile), 2.0 * math.pi)
+    along, side = chord_phases(profile, tolerance)
+    return profile.at(along, side), np.append(along, profile.trochoid.phase_period)
+
+
+def _spread_equally(
+    export: ExportSpec, profile: ToothProfile, tolerance: float
+) -> tuple[ToothPoints, FloatArray | None]:
+    equally = _EQUAL[export.point_spacing]
+    if export.points_per_lobe is not None:
+        return sample(profile, equally(export.points_per_lobe)), None
+    count = ChordTolerance(tolerance).phases(profile).size
+    while count <= _MOST_POINTS:
+        phases = equally(count).phases(profile)
+        turns = np.arange(1.0 if profile.lobes_alike else profile.trochoid.lobes)[:, np.newaxis]
+        along = (phases + 2.0 * math.pi * turns).ravel()
+        closed = np.append(along, 2.0 * math.pi * turns.size)
+        if chord_error(profile, closed) <= tolerance:
+            return sample(profile, equally(count)), closed
+        count = math.ceil(_GROWTH * count)
+    raise ExportError(
+        "export.chord_tolerance_um",
+        f"{export.chord_tolerance_um:g}",
+        f"needs more than {_MOST_POINTS} points a lobe at {export.point_spacing} spacing",
+        "raise it, or take chord-error spacing",
+    )
 
 
 def read_table(path: Path) -> FloatArray:
@@ -91,7 +140,8 @@ def read_table(path: Path) -> FloatArray:
     return table
 
 
-def _write_table(path: Path, columns: tuple[str, ...], rows: list[str]) -> None:
+def write_table(path: Path, columns: tuple[str, ...], rows: list[str]) -> None:
+    """Write a point list: one header row, one row a point."""
     path.write_text("\n".join([",".join(columns), *rows]) + "\n", encoding="ascii", newline="\n")
 
 

@@ -63,7 +63,8 @@ LINUXCNC = Post(
     | {
         "begin": "%",
         "contour": "G17 G21 G40 G90 G91.1 G94",
-        "polar": "G17 G21 G40 G90 G94",
+        # Exact path: without it the control may round the corners between steps.
+        "polar": "G17 G21 G40 G61 G90 G94",
         # The control is told the wheel itself, as a diameter, so that it depends on no table.
         "enter left": "G41.1 D{diameter}\nG1 X{x} Y{y}",
         "enter right": "G42.1 D{diameter}\nG1 X{x} Y{y}",
