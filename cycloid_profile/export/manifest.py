@@ -23,14 +23,15 @@ def manifest_entry(written: WrittenFile, spec: Spec, folder: Path) -> dict[str, 
         "bytes": (folder / written.name).stat().st_size,
         "sha256": _sha256(folder / written.name),
         "spec_sha256": hashlib.sha256(format_spec(spec).encode("utf-8")).hexdigest(),
-        "tolerance_um": None if written.tolerance is None else _short(written.tolerance / UM),
+        "tolerance_um": _shown(written.tolerance),
         "deviation_um": None,
     }
     if written.deviation is not None:
         entry |= {
-            "deviation_um": _short(written.deviation.largest / UM),
-            "deviation_rms_um": _short(written.deviation.rms / UM),
+            "deviation_um": _shown(written.deviation.largest),
+            "deviation_rms_um": _shown(written.deviation.rms),
             "deviation_worst_at_deg": round(written.deviation.worst_angle / DEGREE, 2),
+            "deviation_from_curve_um": _shown(written.deviation.from_curve),
             "points_measured": written.deviation.points,
             "read_back_with": written.reader,
             "entities": written.entities,
@@ -63,6 +64,6 @@ def _sha256(path: Path) -> str | None:
     return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else None
 
 
-def _short(value: float) -> float:
-    """Three significant digits: a measured deviation is known no better."""
-    return float(f"{value:.3g}")
+def _shown(length: float | None) -> float | None:
+    """A length in µm to three significant digits, for a measured deviation is known no better; None stays None."""
+    return None if length is None else float(f"{length / UM:.3g}")
