@@ -26,7 +26,9 @@ from cycloid_profile.tolerance.first_stage import InvolutePair, crank_held, outp
 from cycloid_profile.units import UM
 
 # No factor in common with the mesh cycles of any usual drive: every pose stands at its own place of a mesh cycle.
-POSES = 251
+POSES = 101
+# Where a pose costs more, or many rings are seen.
+_FEW_POSES = 31
 _SEED = 1
 # Far above what the bearings yield by, so that what is measured is their play.
 _BEARING_PLAY = 5.0 * UM
@@ -151,8 +153,8 @@ class ScatteredPins:
     rings: int = 24
 
     def slope(self, bench: Bench) -> Slope:
-        """See ``Measure.slope``; each ring is seen at a tenth of the poses."""
-        bench = replace(bench, poses=max(bench.poses // 10, 7))
+        """See ``Measure.slope``; each ring is seen at few poses."""
+        bench = replace(bench, poses=min(bench.poses, _FEW_POSES))
         pins = bench.case.drive.trochoid.pins
         along = 1j * np.exp(2j * np.pi * np.arange(pins) / pins)
         sigma, drawn, before = np.random.default_rng(_SEED), as_drawn(bench.case), bench.as_drawn
@@ -174,7 +176,7 @@ class BearingPlay:
     def slope(self, bench: Bench) -> Slope:
         """See ``Measure.slope``."""
         case = replace(bench.case, drive=crank_held(bench.case.drive))
-        torque, poses = _BEARING_TORQUE_SHARE * abs(case.torque), max(bench.poses // 8, 7)
+        torque, poses = _BEARING_TORQUE_SHARE * abs(case.torque), min(bench.poses, _FEW_POSES)
         looser = CrankBearingClearance(_BEARING_PLAY / UM).apply(as_drawn(case))
         lost = [lost_motion_map(built, torque, poses).value for built in (as_drawn(case), looser)]
         return _over_poses(

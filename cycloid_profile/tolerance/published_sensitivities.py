@@ -195,7 +195,7 @@ FACTORS: tuple[Factor, ...] = (
         crank_bearing,
         crank_bearing,
         BearingPlay(),
-        "agree; while play is taken up fewer bearings carry and yield more",
+        "agree on three cranks, where fewer bearings carry while play is taken up; on two a disc also shifts",
         Needs.CRANKS,
     ),
     Factor(14, _EQUIDISTANT, pin_radius, pin_radius, Signed(_ground(Equidistant)), _AGREES),

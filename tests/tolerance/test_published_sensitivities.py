@@ -47,7 +47,7 @@ def of(drive: Drive, equidistant: float = AMOUNT) -> LoadCase:
 
 @pytest.fixture(scope="module")
 def bench(rv40e: Drive) -> Bench:
-    return Bench(of(rv40e), poses=61)
+    return Bench(of(rv40e), poses=41)
 
 
 @pytest.fixture(scope="module")
@@ -113,7 +113,7 @@ def test_exact_contact_agrees_with_first_order(number, rows):
 def test_crank_held_backlash_is_that_of_the_rig(bench, rv40e):
     # The rig turns the whole stage with its input held: Eq. 33.
     built = EquidistantError(2.0).apply(as_drawn(bench.case))
-    on_rig = backlash_map(built, 61).value
+    on_rig = backlash_map(built, 41).value
     factor = (rv40e.trochoid.lobes + crank_turn_per_carrier_turn(rv40e)) / rv40e.trochoid.lobes
     np.testing.assert_allclose(on_rig * factor, bench.held(built).reducer, rtol=2e-4)
 
@@ -145,6 +145,15 @@ def test_bearing_play_tends_to_diametral_clearance_over_the_crank_circle(rows):
     assert rows[13].corrected / ARCMIN == pytest.approx(95.4930, abs=FOUR_DECIMALS)
 
 
+def test_two_cranks_let_a_disc_shift_as_well(rv40e):
+    # Along the line between the cranks a disc is free to first order. Play c taken up by a turn x and a shift d with
+    # (r_c x)² + d² = c² turns it by x + d/(a z_c) where d is square to the crank, c/r_c where it is along it.
+    two = replace(rv40e, support=replace(rv40e.support, count=2))
+    found, r_c, lever = BearingPlay().slope(Bench(of(two))), 36.0, rv40e.trochoid.longest_lever
+    assert found.least == pytest.approx(1.0 / r_c, rel=2e-2)
+    assert found.greatest == pytest.approx(math.hypot(1.0 / r_c, 1.0 / lever), rel=2e-2)
+
+
 def test_eccentricity_has_no_first_order_effect(rows, bench):
     # Half the printed 1.6544 would show; what is left are pins beside ψ0, whose mean over a mesh cycle is small.
     assert abs(rows[12].geometry.mean) < 0.15 * rows[12].printed
@@ -163,7 +172,7 @@ def test_what_differs_from_place_to_place_lowers_the_mean_backlash(number, rows)
 @pytest.mark.parametrize("effect", [DiscRunout, CumulativePitchError])
 def test_on_one_disc_what_comes_round_has_a_mean_of_second_order(effect, bench):
     amplitudes = np.array([0.5, 1.0, 2.0])
-    slopes = [Directed(effect, "").slope(replace(bench, step=a * UM)).one_disc for a in amplitudes]
+    slopes = [Directed(effect, "").slope(replace(bench, step=a * UM, poses=23)).one_disc for a in amplitudes]
     assert np.polyfit(np.log(amplitudes), np.log(-np.array(slopes)), 1)[0] == pytest.approx(1.0, abs=0.25)
 
 
@@ -184,9 +193,9 @@ def test_scatter_of_pins_by_patterns_of_the_gaps(bench):
 
 
 def test_more_scatter_of_the_pins_lowers_the_backlash_more(bench):
-    few = replace(bench, poses=70)
-    slopes = [ScatteredPins(8).slope(replace(few, step=s * UM)).mean * s for s in (0.5, 1.0, 2.0)]
-    assert 0.0 > slopes[0] > slopes[1] > slopes[2]
+    few = replace(bench, poses=7)
+    slopes = [ScatteredPins(8).slope(replace(few, step=s * UM)).mean * s for s in (0.5, 2.0)]
+    assert 0.0 > slopes[0] > slopes[1]
 
 
 # Every drive.
@@ -204,6 +213,7 @@ def cases(draw):
     return of(drive, 1e-5 * r_p)
 
 
+@settings(max_examples=12)
 @given(cases())
 def test_geometry_meets_the_formulas_on_any_drive(case):
     # Amounts of 1e-5 of the size: what is left is the second order of gaps beside ψ0.
