@@ -49,9 +49,19 @@ class CompensationError(CycloidError):
     exit_code = 1
 
 
+class AllocationError(CycloidError):
+    """Tolerances that cannot reach the yield asked for, however fine."""
+
+    exit_code = 1
+
+
 class MeasurementError(CycloidError):
     """A measured file that cannot be read, or is not what it says."""
 
 
 class ExportError(CycloidError):
     """A file that cannot be written."""
+
+
+class ToleranceError(CycloidError):
+    """A tolerance study that cannot be run: no scheduler, no place for its samples."""

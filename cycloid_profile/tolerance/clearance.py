@@ -6,6 +6,8 @@ so much a unit, and the least closing turn over all pins of all discs is the tou
 
 from __future__ import annotations
 
+import importlib.util
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -46,7 +48,7 @@ class Clearance:
         return self.base.shape[1] // 2
 
     @cached_property
-    def _affine(self) -> Any:
+    def affine(self) -> Any:
         """``by_unit`` with ``base`` as one more column, which takes a coordinate 1."""
         from scipy.sparse import csr_array, hstack
 
@@ -54,13 +56,13 @@ class Clearance:
 
     def by_pose(self, x: FloatArray) -> FloatArray:
         """Backlash at each pose of reducers with coordinates ``x``, shape (reducers, poses) [rad]."""
-        found = np.empty((len(x), self.poses))
-        for at in range(0, len(x), _BLOCK):
-            some = x[at : at + _BLOCK]
-            turn = self._affine @ np.vstack([some.T, np.ones(len(some))])
-            least = np.min(turn.reshape(*self.base.shape, -1), axis=0)
-            found[at : at + _BLOCK] = (least[: self.poses] + least[self.poses :]).T
-        return found
+        least = self._solver(self, x)
+        return least[:, : self.poses] + least[:, self.poses :]
+
+    @cached_property
+    def _solver(self) -> Callable[[Clearance, FloatArray], FloatArray]:
+        """Compiled where numba is installed."""
+        return least_turns_compiled if importlib.util.find_spec("numba") else least_turns_plainly
 
     def worst(self, x: FloatArray) -> FloatArray:
         """Largest backlash over the turn, shape (reducers,) [rad]."""
@@ -80,6 +82,26 @@ class Clearance:
             pose = int(np.argmax(least[: self.poses] + least[self.poses :]))
             found[i] = sum(matrix[np.argmin(turn[:, flank]), flank] for flank in (pose, self.poses + pose))
         return found
+
+
+def least_turns_plainly(stage: Clearance, x: FloatArray) -> FloatArray:
+    """Least closing turn of each flank, shape (reducers, flanks) [rad]; the readable reference."""
+    found = np.empty((len(x), stage.base.shape[1]))
+    for at in range(0, len(x), _BLOCK):
+        some = x[at : at + _BLOCK]
+        turn = stage.affine @ np.vstack([some.T, np.ones(len(some))])
+        found[at : at + _BLOCK] = np.min(turn.reshape(*stage.base.shape, -1), axis=0).T
+    return found
+
+
+def least_turns_compiled(stage: Clearance, x: FloatArray) -> FloatArray:
+    """The same by ``compiled.least_turns``."""
+    from cycloid_profile.tolerance.compiled import least_turns
+
+    found = np.empty((len(x), stage.base.shape[1]))
+    matrix = stage.by_unit
+    least_turns(matrix.indptr, matrix.indices, matrix.data, stage.base, np.ascontiguousarray(x), found)
+    return found
 
 
 def clearance(built: Built, changes: list[UnitChange], poses: int = 47) -> Clearance:
@@ -108,7 +130,7 @@ def clearance(built: Built, changes: list[UnitChange], poses: int = 47) -> Clear
             base.append(contacts.packed(direction * touch.rotation[..., np.newaxis] + gap / arm, np.inf))
         columns.append([contacts.divided(follow.opened(change, place), arm) for change in changes])
     most = max(len(one) for one in base)
-    whole = np.concatenate([_padded(one, most, np.inf) for one in base], axis=1)
+    whole = np.ascontiguousarray(np.concatenate([_padded(one, most, np.inf) for one in base], axis=1))
     shape = (most, len(meshing.phase))
     both = [_both(forward, backward, shape) for forward, backward in zip(*columns, strict=True)]
     return Clearance(built, whole, rows(both, whole.size))

@@ -1,4 +1,5 @@
-"""Balance of very many reducers under load, compiled by numba; ``loaded`` holds its readable reference.
+"""Balance and first touch of very many reducers, compiled by numba; ``loaded`` and ``clearance`` hold the readable
+references.
 
 Imported only where numba is installed (``pip install "cycloid-profile[fast]"``). One thread a call, free of the
 interpreter's lock, so that chunks run beside each other.
@@ -14,6 +15,43 @@ from numba import njit
 from cycloid_profile.arrays import FloatArray, IntArray
 
 _NEWTON_STEPS, _HALVINGS, _ARMIJO, _ROUNDING, _DAMPING = 80, 40, 1e-4, 1e-13, 1e-9
+_ABREAST = 16  # reducers side by side: the vectors of the processor
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def least_turns(  # pragma: no cover - compiled, out of the sight of the coverage tool
+    begin: IntArray, column: IntArray, weight: FloatArray, base: FloatArray, x: FloatArray, least: FloatArray
+) -> None:
+    """Fill ``least``, shape (reducers, flanks), with the least closing turn of each flank over its contacts.
+
+    The matrix of turns per unit in rows by contact and flank: row r has ``weight`` at the coordinates ``column`` from
+    ``begin[r]`` on; ``base`` shape (contacts, flanks); ``x`` shape (reducers, coordinates).
+    """
+    contacts, flanks = base.shape
+    reducers, coordinates = x.shape
+    some = np.empty((coordinates, _ABREAST))
+    turn = np.empty(_ABREAST)
+    found = np.empty((flanks, _ABREAST))
+    for first in range(0, reducers, _ABREAST):
+        count = min(_ABREAST, reducers - first)
+        for c in range(coordinates):
+            for s in range(_ABREAST):
+                some[c, s] = x[first + min(s, count - 1), c]
+        found[:] = np.inf
+        for k in range(contacts):
+            for f in range(flanks):
+                row = k * flanks + f
+                for s in range(_ABREAST):
+                    turn[s] = base[k, f]
+                for entry in range(begin[row], begin[row + 1]):
+                    w, c = weight[entry], column[entry]
+                    for s in range(_ABREAST):
+                        turn[s] += w * some[c, s]
+                for s in range(_ABREAST):
+                    found[f, s] = min(found[f, s], turn[s])
+        for s in range(count):
+            for f in range(flanks):
+                least[first + s, f] = found[f, s]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]

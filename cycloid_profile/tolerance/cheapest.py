@@ -1,0 +1,207 @@
+"""The cheapest tolerances that reach a yield on one fixed sample of reducers (docs/allocation.md, Eqs. 70 to 75)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+
+import numpy as np
+
+from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
+from cycloid_profile.tolerance.draws import Draws
+from cycloid_profile.tolerance.limits import Limit, WorstMargin
+from cycloid_profile.tolerance.quantities import Answers
+from cycloid_profile.tolerance.scatter import Cost, Tolerances
+from cycloid_profile.tolerance.smooth_quantile import SmoothQuantile
+
+_STEP = 1e-3  # of a tolerance; coordinates are linear in tolerances, so that one side is as good as both
+_CHANGE = 1e-7  # of the cost, below which the search stops
+_MOST_STEPS = 60
+_KEPT = 1e-3  # of the scatter, by which the limit may be missed on the sample
+_AT_BOUND = 1e-6
+
+
+@dataclass(frozen=True)
+class Curves:
+    """Costs of the tolerances ``where``, indices of scatters, against the logarithms u of their ratios."""
+
+    where: IntArray
+    costs: tuple[Cost, ...]
+
+    @classmethod
+    def of(cls, tolerances: Tolerances) -> Curves:
+        """Of all scatters whose cost depends on their tolerance."""
+        found = [(i, one.cost) for i, one in enumerate(tolerances.scatters) if one.cost and one.cost.at_drawing > 0.0]
+        return cls(np.array([i for i, _ in found], dtype=np.intp), tuple(cost for _, cost in found))
+
+    @cached_property
+    def low(self) -> FloatArray:
+        """Least u of each."""
+        return np.log([cost.finest for cost in self.costs])
+
+    @cached_property
+    def high(self) -> FloatArray:
+        """Greatest u of each."""
+        return np.log([cost.coarsest for cost in self.costs])
+
+    def each(self, u: FloatArray) -> FloatArray:
+        """Cost of each (Eq. 70)."""
+        return np.array([cost.at(ratio) for cost, ratio in zip(self.costs, np.exp(u), strict=True)])
+
+    def slope(self, u: FloatArray) -> FloatArray:
+        """Derivative of the cost of each by its u."""
+        ratios = np.exp(u)
+        return np.array([ratio * cost.slope(ratio) for cost, ratio in zip(self.costs, ratios, strict=True)])
+
+    def curvature(self, u: FloatArray) -> FloatArray:
+        """Second derivative of the cost of each by its u."""
+        return -np.array([cost.exponent for cost in self.costs]) * self.slope(u)
+
+    def applied(self, tolerances: Tolerances, u: FloatArray) -> Tolerances:
+        """The tolerances at u, those without a cost as drawn."""
+        factors = np.ones(len(tolerances.scatters))
+        factors[self.where] = np.exp(u)
+        return tolerances.scaled([float(factor) for factor in factors])
+
+
+@dataclass(frozen=True)
+class Sample:
+    """Reducers with the same normal numbers ``z``, shape (reducers, dimensions), whatever their tolerances."""
+
+    draws: Draws
+    answers: Answers
+    curves: Curves
+    z: FloatArray
+    margin: WorstMargin
+
+    @classmethod
+    def drawn(cls, draws: Draws, answers: Answers, limits: tuple[Limit, ...], count: int) -> Sample:
+        """The first ``count`` reducers of ``draws``."""
+        z = draws.normals(0, count, 0)
+        margin = WorstMargin.scaled_by(answers.of(draws.from_normals(z)), answers.names, limits)
+        return cls(draws, answers, Curves.of(draws.tolerances), z, margin)
+
+    def beginning(self, count: int) -> Sample:
+        """Its first reducers."""
+        return replace(self, z=self.z[:count])
+
+    def worst(self, u: FloatArray, rows: IntArray | slice = slice(None)) -> FloatArray:
+        """Worst margin of the reducers ``rows`` at u."""
+        draws = replace(self.draws, tolerances=self.curves.applied(self.draws.tolerances, u))
+        return self.margin.of(self.answers.of(draws.from_normals(self.z[rows])))
+
+    def share_within(self, u: FloatArray) -> float:
+        """Share of the sample that keeps all limits."""
+        return float(np.mean(self.worst(u) <= 0.0))
+
+    def gradient(self, u: FloatArray, worst: FloatArray, quantile: SmoothQuantile) -> FloatArray:
+        """Derivative of the quantile of ``worst``, the margins at u, by every u (Eq. 73).
+
+        Only reducers with a weight are computed again.
+        """
+        rows = quantile.members(worst)
+        found = np.empty(len(u))
+        for i in range(len(u)):
+            moved = u.copy()
+            moved[i] += np.log1p(_STEP)
+            found[i] = quantile.weights @ (self.worst(moved, rows) - worst[rows]) / _STEP
+        return found
+
+
+@dataclass(frozen=True)
+class Cheapest:
+    """Where a search ended.
+
+    ``u`` logarithms of the ratios; ``beyond`` the quantile of the worst margin there, which is to be 0 or less;
+    ``cost_per_yield`` what one more unit of yield would cost (Eq. 75), 0 where all are as coarse as they may be;
+    ``saving_left`` share of the cost that a better search might still save at most (Eq. 74); ``steps`` of the search.
+    """
+
+    u: FloatArray
+    beyond: float
+    cost: float
+    cost_per_yield: float
+    saving_left: float
+    steps: int
+
+    @property
+    def kept(self) -> bool:
+        """Whether the sample reaches the yield."""
+        return self.beyond <= _KEPT
+
+
+def cheapest(sample: Sample, share: float, start: FloatArray) -> Cheapest:
+    """Least cost at which the ``share`` of the sample keeps its limits, searched from u = ``start``."""
+    from scipy.optimize import minimize
+
+    curves, quantile = sample.curves, SmoothQuantile.of(share, len(sample.z))
+    unit = float(-np.sum(curves.slope(np.clip(np.zeros(len(start)), curves.low, curves.high))))
+    worst = _remembered(sample)
+    found = minimize(
+        lambda u: float(np.sum(curves.each(u))) / unit,
+        np.clip(start, curves.low, curves.high),
+        jac=lambda u: curves.slope(u) / unit,
+        bounds=list(zip(curves.low, curves.high, strict=True)),
+        constraints={
+            "type": "ineq",
+            "fun": lambda u: -quantile.at(worst(u)),
+            "jac": lambda u: -sample.gradient(u, worst(u), quantile),
+        },
+        method="SLSQP",
+        options={"ftol": _CHANGE, "maxiter": _MOST_STEPS},
+    )
+    u = np.clip(found.x, curves.low, curves.high)
+    return _judged(sample, quantile, u, int(found.nit))
+
+
+def finest_quantile(sample: Sample, share: float, start: FloatArray) -> tuple[FloatArray, float]:
+    """Tolerances of the highest yield whatever they cost, as u, and the share within limits there."""
+    from scipy.optimize import minimize
+
+    curves, quantile = sample.curves, SmoothQuantile.of(share, len(sample.z))
+    worst = _remembered(sample)
+    found = minimize(
+        lambda u: quantile.at(worst(u)),
+        np.clip(start, curves.low, curves.high),
+        jac=lambda u: sample.gradient(u, worst(u), quantile),
+        bounds=list(zip(curves.low, curves.high, strict=True)),
+        method="L-BFGS-B",
+        options={"maxiter": _MOST_STEPS},
+    )
+    u = np.clip(found.x, curves.low, curves.high)
+    return u, sample.share_within(u)
+
+
+def _remembered(sample: Sample) -> Callable[[FloatArray], FloatArray]:
+    """Margins at the last few u: value and gradient are asked for at the same place."""
+    worst = lru_cache(maxsize=4)(lambda key: sample.worst(np.frombuffer(key)))
+    return lambda u: worst(u.tobytes())
+
+
+def _judged(sample: Sample, quantile: SmoothQuantile, u: FloatArray, steps: int) -> Cheapest:
+    """What the answer is worth: multiplier and the saving that may be left."""
+    curves, worst = sample.curves, sample.worst(u)
+    cost = float(np.sum(curves.each(u)))
+    beyond = quantile.at(worst)
+    free = between_bounds(curves, u)
+    if not np.any(free):
+        return Cheapest(u, beyond, cost, 0.0, 0.0, steps)
+    slope, curvature = curves.slope(u)[free], curves.curvature(u)[free]
+    rise = sample.gradient(u, worst, quantile)[free]
+    multiplier = max(0.0, -float(np.sum(slope * rise / curvature)) / float(np.sum(rise**2 / curvature)))
+    left = float(np.sum((slope + multiplier * rise) ** 2 / curvature)) / 2.0
+    return Cheapest(u, beyond, cost, multiplier * _rise_with_yield(worst, quantile.share), left / cost, steps)
+
+
+def between_bounds(curves: Curves, u: FloatArray) -> BoolArray:
+    """Which tolerances are at neither of their bounds."""
+    inside: BoolArray = (u > curves.low + _AT_BOUND) & (u < curves.high - _AT_BOUND)
+    return inside
+
+
+def _rise_with_yield(worst: FloatArray, share: float) -> float:
+    """Derivative of the quantile by the yield, from quantiles half a failing share apart."""
+    apart = 0.25 * min(share, 1.0 - share)
+    above, below = (SmoothQuantile.of(share + sign * apart, len(worst)).at(worst) for sign in (1.0, -1.0))
+    return (above - below) / (2.0 * apart)
