@@ -12,6 +12,7 @@ from cycloid_profile.plot.convergence import convergence
 from cycloid_profile.plot.deformation import deformation
 from cycloid_profile.plot.disc import disc_in_pins
 from cycloid_profile.plot.load_map import load_map
+from cycloid_profile.plot.polar_path import polar_path_plot
 from cycloid_profile.plot.sharing import gap_and_force
 from cycloid_profile.plot.under_load import under_load
 
@@ -20,11 +21,12 @@ if TYPE_CHECKING:
 
 
 class Picture(NamedTuple):
-    """A picture's file name, caption and drawing function."""
+    """A picture's file name, caption and drawing function; ``format`` it belongs to, None for every design."""
 
     name: str
     caption: str
     draw: Callable[[DesignRecord], Figure]
+    format: str | None = None
 
 
 PICTURES = (
@@ -41,3 +43,17 @@ PICTURES = (
     Picture("convergence", "How the iterations end.", convergence),
     Picture("accuracy", "Torque against twist, and transmission error over one mesh cycle.", accuracy_plot),
 )
+
+FORMAT_PICTURES = (
+    Picture(
+        "polar_path",
+        "Polar grinding: the wheel in the roots, the path of C and X, its feed, its distance from tangency.",
+        polar_path_plot,
+        "gcode-polar",
+    ),
+)
+
+
+def pictures(record: DesignRecord) -> tuple[Picture, ...]:
+    """The pictures of a design: all that every one has, and those of the formats its spec asks for."""
+    return (*PICTURES, *(picture for picture in FORMAT_PICTURES if picture.format in record.spec.export.formats))

@@ -10,7 +10,7 @@ from cycloid_profile.export.folder import whole_or_nothing
 from cycloid_profile.export.formats import write_formats
 from cycloid_profile.export.manifest import manifest_entry, untouched_entries, write_manifest
 from cycloid_profile.export.written import WrittenFile
-from cycloid_profile.plot.gallery import PICTURES
+from cycloid_profile.plot.gallery import pictures as pictures_of
 from cycloid_profile.plot.style import save
 from cycloid_profile.report.html import design_report
 
@@ -39,7 +39,7 @@ def build_package(
         written, skipped = write_formats(record, record.spec.export.formats, scratch, progress)
         (scratch / PLOTS).mkdir()
         pictures: list[WrittenFile] = []
-        for picture in PICTURES:
+        for picture in pictures_of(record):
             progress(f"drawing {picture.name}")
             for file in save(picture.draw(record), scratch / PLOTS, picture.name):
                 pictures.append(WrittenFile(f"{PLOTS}/{file.name}", file.suffix[1:]))

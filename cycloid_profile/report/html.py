@@ -8,7 +8,7 @@ from typing import Any
 from cycloid_profile.design.record import DesignRecord
 from cycloid_profile.design.summary import summary
 from cycloid_profile.export.written import WrittenFile
-from cycloid_profile.plot.gallery import PICTURES
+from cycloid_profile.plot.gallery import pictures as pictures_of
 from cycloid_profile.report.page import inline_svg, template
 from cycloid_profile.units import UM
 
@@ -17,7 +17,9 @@ TEMPLATE = "design.html.j2"
 
 def design_report(record: DesignRecord, written: list[WrittenFile], skipped: dict[str, str], plots: Path) -> str:
     """HTML text of the report; pictures are taken from the SVG files in ``plots``."""
-    pictures = [(picture.caption, inline_svg(plots / f"{picture.name}.svg", picture.name)) for picture in PICTURES]
+    pictures = [
+        (picture.caption, inline_svg(plots / f"{picture.name}.svg", picture.name)) for picture in pictures_of(record)
+    ]
     return template(TEMPLATE).render(
         s=summary(record), record=record, files=[_row(file) for file in written], skipped=skipped, pictures=pictures
     )
