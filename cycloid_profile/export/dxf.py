@@ -1,10 +1,7 @@
-"""DXF R2010: the tooth as one cubic spline from control vertices, holes and axes."""
+"""DXF R2010: the tooth as one cubic spline from control vertices, openings and reference lines on layers."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,17 +11,23 @@ import numpy as np
 from cycloid_profile.arrays import ComplexArray
 from cycloid_profile.design.record import DesignRecord
 from cycloid_profile.errors import ExportError
-from cycloid_profile.export.deviation import deviation
+from cycloid_profile.export.deviation import deviation_both_ways
+from cycloid_profile.export.dxf_document import (
+    audited,
+    draw_reference,
+    layer_counts,
+    new_document,
+    repeatable_bytes,
+    save,
+)
 from cycloid_profile.export.refine import FIT_SHARE
-from cycloid_profile.export.spline import disc_splines, inside_spans, joined
+from cycloid_profile.export.spline import SplinePiece, disc_splines, joined
 from cycloid_profile.export.written import WrittenFile
-from cycloid_profile.geometry.contour import Contour, Line
 from cycloid_profile.units import UM
 
 _DEGREE = 3  # LibreCAD draws no higher degree
-_CHECKS_PER_SPAN = 5
-_MILLIMETRES = 4
-LAYERS = {"PROFILE": 7, "HOLES": 5, "CENTRE": 1}
+_POINTS_PER_SPAN = 7
+_CLOSED = 1e-9  # mm
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,92 +44,51 @@ class DxfExporter:
 
     def write(self, record: DesignRecord, folder: Path) -> tuple[WrittenFile, ...]:
         """Write, audit and read back. Raises ``ExportError`` if the file does not pass its own audit."""
-        import ezdxf
-
         tolerance = record.spec.export.chord_tolerance_um * UM
         curve = joined(disc_splines(record.profile, _DEGREE, FIT_SHARE * tolerance))
         path = folder / self.filename
-        with _repeatable_bytes():
-            doc = ezdxf.new("R2010", units=_MILLIMETRES)
+        with repeatable_bytes():
+            doc = new_document()
             space = doc.modelspace()
-            for name, colour in LAYERS.items():
-                doc.layers.add(name, color=colour)
-            spline = space.add_spline(degree=_DEGREE, dxfattribs={"layer": "PROFILE"})
-            # The closed flag stays off although the curve closes: several readers drop flagged splines.
-            spline.control_points = [(p.real, p.imag, 0.0) for p in curve.control_points.tolist()]
-            spline.knots = curve.knots.tolist()
-            for contour in record.outline.contours:
-                _draw(space, contour)
-            reach = 1.05 * record.outline.tip_radius
-            for end in (complex(reach, 0.0), complex(0.0, reach)):
-                space.add_line((-end.real, -end.imag), (end.real, end.imag), dxfattribs={"layer": "CENTRE"})
-            # ezdxf adds these from a set, in an order that changes from run to run.
-            for dxf_type in sorted(doc.entitydb.dxf_types_in_use()):
-                doc.classes.add_class(dxf_type)
-            doc.saveas(path)
-        points, entities = read_dxf_profile(path)
-        found = deviation(record.profile, points)
+            add_spline(space, curve)
+            draw_reference(space, record, f"SPLINE WITHIN {tolerance / UM:g} UM")
+            save(doc, path)
+        spans, entities = read_dxf_profile(path)
+        found = deviation_both_ways(record.profile, spans)
         return (WrittenFile(self.filename, self.format, tolerance, found, "ezdxf, audited", entities),)
 
 
-def _draw(space: Any, contour: Contour) -> None:
-    """Lines, arcs and circles of an opening."""
-    on_layer = {"dxfattribs": {"layer": "HOLES"}}
-    for segment in contour.segments:
-        if isinstance(segment, Line):
-            space.add_line(_xy(segment.start), _xy(segment.end), **on_layer)
-        elif segment.whole:
-            space.add_circle(_xy(segment.centre), segment.radius, **on_layer)
-        else:
-            low, high = sorted((math.degrees(segment.from_angle), math.degrees(segment.to_angle)))
-            space.add_arc(_xy(segment.centre), segment.radius, low, high, **on_layer)
-
-
-def _xy(point: complex) -> tuple[float, float]:
-    return point.real, point.imag
+def add_spline(space: Any, curve: SplinePiece, layer: str = "PROFILE") -> None:
+    """The curve by its control vertices and knots: fit points are drawn differently by every reader."""
+    spline = space.add_spline(degree=curve.degree, dxfattribs={"layer": layer})
+    # The closed flag stays off although the curve closes: several readers drop flagged splines.
+    spline.control_points = [(p.real, p.imag, 0.0) for p in curve.control_points.tolist()]
+    spline.knots = curve.knots.tolist()
 
 
 def read_dxf_profile(path: Path) -> tuple[ComplexArray, dict[str, int]]:
-    """Dense points of the spline on layer PROFILE [mm], and entity counts by layer.
+    """Points along every span of the spline on layer PROFILE, shape (spans, points) [mm], and entity counts by layer.
 
     Raises
     ------
     ExportError
         If the audit finds an error, or there is not exactly one closed curve on the layer.
     """
-    import ezdxf
-
-    doc = ezdxf.readfile(path)
-    faults = doc.audit().errors
+    doc = audited(path)
     splines: list[Any] = list(doc.modelspace().query('SPLINE[layer=="PROFILE"]'))
-    if faults or len(splines) != 1:
+    if len(splines) != 1:
         raise ExportError(
             "DXF file",
             f"'{path.name}'",
-            f"read back with {len(faults)} errors and {len(splines)} profile curves",
+            f"read back with {len(splines)} profile curves",
             "report this as a defect",
             " ",
         )
     tool = splines[0].construction_tool()
-    parameters = inside_spans(np.array(tool.knots()), _CHECKS_PER_SPAN)
-    xyz = np.array([tuple(point) for point in tool.points(parameters.tolist())])
-    points: ComplexArray = xyz[:, 0] + 1j * xyz[:, 1]
-    first, last = splines[0].control_points[0], splines[0].control_points[-1]
-    if math.dist(first, last) > 1e-9:
+    edges = np.unique(np.array(tool.knots()))
+    parameters = np.linspace(edges[:-1], edges[1:], _POINTS_PER_SPAN, axis=-1)
+    xyz = np.array([tuple(point) for point in tool.points(parameters.ravel().tolist())])
+    spans: ComplexArray = (xyz[:, 0] + 1j * xyz[:, 1]).reshape(parameters.shape)
+    if abs(spans[-1, -1] - spans[0, 0]) > _CLOSED:
         raise ExportError("DXF curve", f"'{path.name}'", "does not close", "report this as a defect", " ")
-    layers = [entity.dxf.layer for entity in doc.modelspace()]
-    entities = {name: layers.count(name) for name in LAYERS}
-    return points, {**entities, "control_points": len(splines[0].control_points)}
-
-
-@contextmanager
-def _repeatable_bytes() -> Iterator[None]:
-    """No dates and random numbers in the file, so that equal input gives equal bytes."""
-    from ezdxf import options
-
-    before = options.write_fixed_meta_data_for_testing
-    options.write_fixed_meta_data_for_testing = True
-    try:
-        yield
-    finally:
-        options.write_fixed_meta_data_for_testing = before
+    return spans, {**layer_counts(doc), "control_points": len(splines[0].control_points)}

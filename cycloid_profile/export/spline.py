@@ -13,9 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from cycloid_profile.arrays import ComplexArray, FloatArray
+from cycloid_profile.export.deviation import distances
+from cycloid_profile.export.disc_path import Piece, pieces
 from cycloid_profile.export.refine import refined
 from cycloid_profile.geometry.profile import ToothPoints, ToothProfile
-from cycloid_profile.geometry.sampling import piece_side, smooth_pieces
+from cycloid_profile.geometry.sampling import smooth_pieces
 
 _SPACING_EXPONENT = 0.6
 _FINE = 4096
@@ -73,11 +75,13 @@ def lobe_splines(profile: ToothProfile, degree: int, tolerance: float) -> tuple[
     ExportError
         If the tolerance cannot be reached with a sensible number of control points.
     """
-    return tuple(_fit(profile, a, b, degree, tolerance) for a, b in smooth_pieces(profile))
+    return tuple(_fit(Piece(profile, 0, a, b), degree, tolerance) for a, b in smooth_pieces(profile))
 
 
 def disc_splines(profile: ToothProfile, degree: int, tolerance: float) -> tuple[SplinePiece, ...]:
-    """Splines of the whole disc in order of phase: those of one lobe, turned."""
+    """Splines of the whole disc in order of phase: those of one lobe, turned, or lobe by lobe where they differ."""
+    if not profile.lobes_alike:
+        return _lobe_by_lobe(profile, degree, tolerance)
     lobe = lobe_splines(profile, degree, tolerance)
     lobes = profile.trochoid.lobes
     return tuple(piece.turned(-2.0 * math.pi * m / lobes).rounded() for m in range(lobes) for piece in lobe)
@@ -102,15 +106,26 @@ def joined(pieces: tuple[SplinePiece, ...]) -> SplinePiece:
     return SplinePiece(degree, rounded, control)
 
 
-def _fit(profile: ToothProfile, a: float, b: float, degree: int, tolerance: float) -> SplinePiece:
-    return refined(profile, tolerance, lambda count: _interpolate(profile, a, b, degree, count), SplinePiece.dense)
+def _lobe_by_lobe(profile: ToothProfile, degree: int, tolerance: float) -> tuple[SplinePiece, ...]:
+    """Each piece is first tried with as many nodes as on lobe 1: lobes differ little in their bending."""
+    counts = [len(np.unique(piece.knots)) - 1 for piece in lobe_splines(profile, degree, tolerance)]
+    fitted = []
+    for i, piece in enumerate(pieces(profile)):
+        curve = _interpolate(piece, degree, counts[i % len(counts)])
+        kept = float(np.max(np.abs(distances(profile, curve.dense())))) <= tolerance
+        fitted.append((curve if kept else _fit(piece, degree, tolerance)).rounded())
+    return tuple(fitted)
 
 
-def _interpolate(profile: ToothProfile, a: float, b: float, degree: int, count: int) -> SplinePiece:
+def _fit(piece: Piece, degree: int, tolerance: float) -> SplinePiece:
+    return refined(piece.profile, tolerance, lambda count: _interpolate(piece, degree, count), SplinePiece.dense)
+
+
+def _interpolate(piece: Piece, degree: int, count: int) -> SplinePiece:
     from scipy.interpolate import make_interp_spline
 
-    u, psi = _nodes(profile, a, b, count)
-    nodes = _on_piece(profile, a, b, psi)
+    u, psi = _nodes(piece, count)
+    nodes = piece.profile.at(psi, piece.side(psi))
     ends = _end_derivatives(nodes)
     wanted = range(1, (degree - 1) // 2 + 1)
     conditions = tuple([(order, _xy(ends[order - 1][end])) for order in wanted] for end in (0, -1))
@@ -118,24 +133,20 @@ def _interpolate(profile: ToothProfile, a: float, b: float, degree: int, count: 
     return SplinePiece(degree, np.asarray(spline.t), np.asarray(spline.c[:, 0] + 1j * spline.c[:, 1]))
 
 
-def _nodes(profile: ToothProfile, a: float, b: float, count: int) -> tuple[FloatArray, FloatArray]:
+def _nodes(piece: Piece, count: int) -> tuple[FloatArray, FloatArray]:
     """Parameters u = ∫|P'|^0.6 dψ, equally spaced, and their phases."""
     from scipy.interpolate import CubicSpline
 
-    grid = np.linspace(a, b, _FINE)
-    density = CubicSpline(grid, np.abs(_on_piece(profile, a, b, grid).first) ** _SPACING_EXPONENT)
+    grid, side = piece.grid(_FINE)
+    density = CubicSpline(grid, np.abs(piece.profile.at(grid, side).first) ** _SPACING_EXPONENT)
     integral = density.antiderivative()
-    u = np.round(np.linspace(0.0, float(integral(b)), count + 1), _DECIMALS)
+    u = np.round(np.linspace(0.0, float(integral(piece.b)), count + 1), _DECIMALS)
     psi = np.interp(u, integral(grid), grid)
     for _ in range(3):
         # Newton: a rough ψ(u) would cost a quintic its order.
         psi = psi - (integral(psi) - u) / density(psi)
-    psi[0], psi[-1] = a, b
+    psi[0], psi[-1] = piece.a, piece.b
     return u, psi
-
-
-def _on_piece(profile: ToothProfile, a: float, b: float, psi: FloatArray) -> ToothPoints:
-    return profile.at(psi, piece_side(a, b, psi))
 
 
 def _end_derivatives(nodes: ToothPoints) -> tuple[ComplexArray, ComplexArray]:

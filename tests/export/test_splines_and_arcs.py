@@ -63,7 +63,7 @@ def test_spline_error_falls_with_the_expected_order(degree: int, order: float) -
 
 
 def test_arc_error_falls_with_the_third_order() -> None:
-    tolerances = np.array([1e-3, 1e-4, 1e-5, 1e-6])
+    tolerances = np.array([1e-5, 1e-6, 1e-7, 1e-8])  # coarser ones gain on the order, as the nodes move
     chains = [lobe_arcs(THEORY, tolerance) for tolerance in tolerances]
     errors = [float(np.max(np.abs(distances(THEORY, chain.points())))) for chain in chains]
     slope = -np.polyfit(np.log([chain.bend.size for chain in chains]), np.log(errors), 1)[0]
