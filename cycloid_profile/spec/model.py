@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
+from cycloid_profile.spec.cad import PrintSpec, StepSpec
+from cycloid_profile.spec.disc import DiscSpec as DiscSpec
 from cycloid_profile.spec.machining import (
     Compensation,
     Dialect,
@@ -26,7 +28,22 @@ _STIFFNESS = {"ge": 1.0, "le": 1e12}  # N/mm
 _AMOUNTS = {"ge": -1e4, "le": 1e4}  # µm
 _AMOUNT = "give an amount in µm, positive removes material"
 
-Format = Literal["csv", "dxf", "step", "gcode", "cmm"]
+Format = Literal[
+    "csv",
+    "dxf",
+    "dxf-arcs",
+    "step",
+    "step-assembly",
+    "3mf",
+    "stl",
+    "gcode",
+    "gcode-path",
+    "gcode-polar",
+    "gcode-wire",
+    "cmm",
+    "dmis",
+    "vdafs",
+]
 FORMATS: tuple[Format, ...] = ("csv", "dxf", "step", "gcode", "cmm")
 
 
@@ -95,6 +112,12 @@ class MaterialSpec(Table, frozen=True):
 
     youngs_modulus_gpa: Annotated[float, _key("Young's modulus [GPa].", "steel has 206", ge=1e-3, le=1e4)] = 206.0
     poisson_ratio: Annotated[float, _key("Poisson's ratio.", "steel has 0.3", ge=0, lt=0.5)] = 0.3
+    name: Annotated[
+        str,
+        _key(
+            "Name shown in drawings and STEP files; absent: steel, or its modulus.", "give a short name", max_length=40
+        ),
+    ] = ""
 
 
 class MaterialsSpec(Table, frozen=True):
@@ -181,74 +204,6 @@ class ModificationSpec(Table, frozen=True):
     ] = 1.0
 
 
-class HolesSpec(Table, frozen=True):
-    """A ring of equal holes through the disc, such as those of the output pins."""
-
-    count: Annotated[int, _key("Number of holes.", "give at least 1 hole", ge=1, le=100)]
-    circle_radius_mm: Annotated[float, _key("Radius of the circle the holes stand on [mm].", _LENGTH, **_SIZE)]
-    radius_mm: Annotated[float, _key("Radius of a hole [mm].", _LENGTH, **_SIZE)]
-
-
-class WindowsSpec(Table, frozen=True):
-    """A ring of equal windows between two radii, with radial sides; slots where the corners are round ends."""
-
-    count: Annotated[int, _key("Number of windows.", "give at least 1 window", ge=1, le=100)]
-    inner_radius_mm: Annotated[float, _key("Radius of the inner edge [mm].", _LENGTH, **_SIZE)]
-    outer_radius_mm: Annotated[float, _key("Radius of the outer edge [mm].", _LENGTH, **_SIZE)]
-    span_deg: Annotated[float, _key("Angle between the sides of a window [°].", "give an angle in °", gt=0, lt=360)]
-    corner_radius_mm: (
-        Annotated[
-            float,
-            _key(
-                "Radius of the corners [mm]; absent: a quarter of the width, or what fits; half the width makes slots.",
-                "give a length in mm, 0 for sharp corners",
-                ge=0,
-                le=1e4,
-            ),
-        ]
-        | None
-    ) = None
-    first_at_deg: (
-        Annotated[
-            float,
-            _key(
-                "Angle of the first window's middle from the x axis [°]; absent: half a pitch, between crank holes.",
-                "give an angle in °",
-                ge=-360,
-                le=360,
-            ),
-        ]
-        | None
-    ) = None
-
-
-class KeywaySpec(Table, frozen=True):
-    """Keyways of the bore, with parallel sides and a flat floor."""
-
-    width_mm: Annotated[float, _key("Width of the key [mm].", _LENGTH, **_SIZE)]
-    depth_mm: Annotated[
-        float, _key("Depth from the circle of the bore to the floor, at the middle [mm].", _LENGTH, **_SIZE)
-    ]
-    count: Annotated[int, _key("Number of keyways, evenly round the bore.", "give 1 keyway", ge=1, le=100)] = 1
-    corner_radius_mm: Annotated[
-        float,
-        _key("Radius between floor and sides [mm].", "give a length in mm, 0 for sharp corners", ge=0, le=1e4),
-    ] = 0.0
-    first_at_deg: Annotated[
-        float, _key("Angle of the first keyway from the x axis [°].", "give an angle in °", ge=-360, le=360)
-    ] = 0.0
-
-
-class DiscSpec(Table, frozen=True):
-    """Openings of the disc; sizes are estimated where absent."""
-
-    bore_radius_mm: Annotated[float, _key("Radius of the central bore [mm].", _LENGTH, **_SIZE)] | None = None
-    crank_hole_radius_mm: Annotated[float, _key("Radius of the crank holes [mm].", _LENGTH, **_SIZE)] | None = None
-    output_holes: HolesSpec | None = None
-    windows: WindowsSpec | None = None
-    keyway: KeywaySpec | None = None
-
-
 class ExportSpec(Table, frozen=True):
     """What is written, and how finely."""
 
@@ -294,6 +249,69 @@ class ExportSpec(Table, frozen=True):
     grinding: GrindingSpec = GrindingSpec()
     wire: WireSpec = WireSpec()
     inspection: InspectionSpec = InspectionSpec()
+    step: StepSpec = StepSpec()
+    print: PrintSpec = PrintSpec()
+
+
+Quantity = Literal["backlash_arcmin", "lost_motion_arcmin", "transmission_error_arcsec", "peak_pressure_mpa"]
+_LIMIT: dict[str, Any] = {"gt": 0, "le": 1e6}
+
+
+class LimitsSpec(Table, frozen=True):
+    """What a reducer may not exceed to pass."""
+
+    backlash_arcmin: (
+        Annotated[float, _key("Backlash, crank locked, largest over a turn [arc minutes].", "give a limit", **_LIMIT)]
+        | None
+    ) = None
+    lost_motion_arcmin: (
+        Annotated[float, _key("Lost motion at 3 % of rated torque [arc minutes].", "give a limit", **_LIMIT)] | None
+    ) = None
+    transmission_error_arcsec: (
+        Annotated[
+            float, _key("Transmission error at rated torque, peak to peak [arc seconds].", "give a limit", **_LIMIT)
+        ]
+        | None
+    ) = None
+    peak_pressure_mpa: (
+        Annotated[float, _key("Contact pressure at rated torque [MPa].", "give a limit", **_LIMIT)] | None
+    ) = None
+
+
+class ToleranceSpec(Table, frozen=True):
+    """What scatters from reducer to reducer, and what passes; see docs/tolerance.md."""
+
+    samples: Annotated[
+        int, _key("Reducers whose backlash is computed.", "give 100 to 1000000000", ge=100, le=1_000_000_000)
+    ] = 100_000
+    loaded_samples: Annotated[
+        int,
+        _key(
+            "Reducers that are loaded: lost motion, transmission error, pressure.",
+            "give 0 to 100000000",
+            ge=0,
+            le=100_000_000,
+        ),
+    ] = 2_000
+    seed: Annotated[int, _key("Start of the random numbers.", "give a whole number", ge=0, le=2**63 - 1)] = 1
+    sequence: Annotated[
+        Literal["random", "latin-hypercube", "sobol"], _key("How the samples fill the space of all errors.", "")
+    ] = "random"
+    batch_size: Annotated[
+        int, _key("Reducers to a batch, for errors with a batch_share.", "give 1 to 1000000", ge=1, le=1_000_000)
+    ] = 100
+    yield_percent: Annotated[
+        float, _key("Yield that the cheapest tolerances must reach [%].", "give 50 to 99.99", ge=1, le=99.99)
+    ] = 99.0
+    limits: LimitsSpec = LimitsSpec()
+    effects: Annotated[
+        tuple[dict[str, Any], ...],
+        _key("Effects whose sizes scatter, as tables `[[tolerance.effects]]`.", "give [[tolerance.effects]]"),
+    ] = ()
+    correlations: Annotated[
+        tuple[dict[str, Any], ...],
+        _key("Sizes that go together, as tables `[[tolerance.correlations]]`.", "give [[tolerance.correlations]]"),
+    ] = ()
 
 
 class PublishedValue(Table, frozen=True):
@@ -327,6 +345,7 @@ class Spec(Table, frozen=True, kw_only=True):
     disc: DiscSpec = DiscSpec()
     export: ExportSpec = ExportSpec()
     source: SourceSpec = SourceSpec()
+    tolerance: ToleranceSpec = ToleranceSpec()
     effects: Annotated[
         tuple[dict[str, Any], ...],
         _key("Imperfections as tables `[[effects]]`, each with a `name`, see docs/rig.md.", "give [[effects]]"),
