@@ -7,22 +7,40 @@ from pathlib import Path
 
 from cycloid_profile.design.record import DesignRecord
 from cycloid_profile.errors import ExportError
+from cycloid_profile.export.assembly import StepAssemblyExporter
+from cycloid_profile.export.dmis import DmisExporter
 from cycloid_profile.export.dxf import DxfExporter
+from cycloid_profile.export.dxf_arcs import ArcDxfExporter
 from cycloid_profile.export.gcode import GcodeExporter
+from cycloid_profile.export.gcode_path import GcodePathExporter
+from cycloid_profile.export.libraries import LibraryMissing
 from cycloid_profile.export.points import CmmExporter, ProfileCsvExporter
-from cycloid_profile.export.step import CadKernelMissing, StepExporter
+from cycloid_profile.export.polar_program import PolarExporter
+from cycloid_profile.export.printing import MeshExporter
+from cycloid_profile.export.step import StepExporter
+from cycloid_profile.export.vdafs import VdaExporter
+from cycloid_profile.export.wire import WireExporter
 from cycloid_profile.export.written import Exporter, WrittenFile
 from cycloid_profile.units import UM
 
 EXPORTERS: tuple[Exporter, ...] = (
     ProfileCsvExporter(),
     DxfExporter(),
+    ArcDxfExporter(),
     StepExporter(),
+    StepAssemblyExporter(),
+    MeshExporter("3mf", "disc.3mf"),
+    MeshExporter("stl", "disc.stl"),
     GcodeExporter(),
+    GcodePathExporter(),
+    PolarExporter(),
+    WireExporter(),
     CmmExporter(),
+    DmisExporter(),
+    VdaExporter(),
 )
 # Formats whose writers turn one lobe round the disc.
-_ONE_LOBE = ("dxf", "step")
+_ONE_LOBE = ("step",)
 
 
 def exporter_for(name: str) -> Exporter:
@@ -50,7 +68,7 @@ def write_formats(
             "tooth profile",
             "with lobes that differ",
             f"is not what the format {one_lobe[0]} is written of, which is one lobe turned round the disc",
-            "export csv, gcode or cmm, or the profile without what makes its lobes differ",
+            "export csv, dxf, gcode or cmm, or the profile without what makes its lobes differ",
             " ",
         )
     written: list[WrittenFile] = []
@@ -60,17 +78,22 @@ def write_formats(
         progress(f"writing {', '.join(exporter.filenames)}")
         try:
             written += [kept_promise(file) for file in exporter.write(record, folder)]
-        except CadKernelMissing as missing:
+        except LibraryMissing as missing:
             skipped[name] = str(missing)
     return written, skipped
 
 
 def kept_promise(file: WrittenFile) -> WrittenFile:
-    """The file itself; raises ``ExportError`` where it lies further from the curve than it promises."""
-    if file.deviation is not None and file.tolerance is not None and not file.deviation.largest <= file.tolerance:
+    """The file itself; raises ``ExportError`` where it lies further from the curve than it promises, or the curve
+    from it.
+    """
+    if file.deviation is None or file.tolerance is None:
+        return file
+    worst = max(file.deviation.largest, file.deviation.from_curve or 0.0)
+    if not worst <= file.tolerance:
         raise ExportError(
             f"deviation of {file.name}",
-            f"{file.deviation.largest / UM:.4g} µm",
+            f"{worst / UM:.4g} µm",
             f"exceeds the promised {file.tolerance / UM:.4g} µm",
             "raise export.chord_tolerance_um",
         )
