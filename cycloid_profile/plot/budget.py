@@ -58,7 +58,8 @@ def _mean(row: Sensitivity) -> float | None:
 def _mark(ax: Axes, place: float, row: Sensitivity) -> None:
     """Whiskers of what was measured; a cross where a number was printed whose formula is not known."""
     if row.geometry is None:
-        ax.annotate(row.why, (0.0, place), xytext=(5, 0), textcoords="offset points", va="center", color=GREY)
+        at = place if row.corrected is None else place + _BAR
+        ax.annotate(row.why, (0.0, at), xytext=(5, 0), textcoords="offset points", va="center", color=GREY)
         return
     ends = row.geometry.least / ARCMIN, row.geometry.greatest / ARCMIN
     label = "least to greatest" if row.factor.number == len(FACTORS) else None

@@ -113,8 +113,24 @@ class Measure(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Signed:
-    """An error with a sign, alike on all teeth or pins: half the difference between more and less of it."""
+class Opening:
+    """An error with a sign, alike on all teeth or pins, in the sense that opens play: a tight tooth does not bind."""
+
+    reducer: Callable[[LoadCase, float], Built]
+
+    def slope(self, bench: Bench) -> Slope:
+        """See ``Measure.slope``."""
+        found, before = bench.held(self.reducer(bench.case, bench.step)), bench.as_drawn
+        return _over_poses(
+            (found.reducer - before.reducer) / bench.step,
+            (found.disc - before.disc) / bench.step,
+            f"mean over a turn, at {bench.step / UM:g} µm",
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class TwoSided:
+    """An error that may close play either way: half the difference between more and less of it."""
 
     reducer: Callable[[LoadCase, float], Built]
 
@@ -179,6 +195,8 @@ class BearingPlay:
         torque, poses = _BEARING_TORQUE_SHARE * abs(case.torque), min(bench.poses, _FEW_POSES)
         looser = CrankBearingClearance(_BEARING_PLAY / UM).apply(as_drawn(case))
         lost = [lost_motion_map(built, torque, poses).value for built in (as_drawn(case), looser)]
+        if not np.all(np.isfinite(lost)):
+            raise SolveError("lost motion", "not found", "at some pose", "check the modification amounts", " ")
         return _over_poses(
             (lost[1] - lost[0]) / (2.0 * _BEARING_PLAY),
             None,

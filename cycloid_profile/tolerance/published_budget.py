@@ -17,7 +17,7 @@ from cycloid_profile.catalog.published import LostMotionArticle, PublishedPart, 
 from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.effects.ring import PinCircleRadiusError, PinRadiusError
 from cycloid_profile.geometry.drive import Cranks, Drive
-from cycloid_profile.tolerance.exact_sensitivities import BearingPlay, Bench, Signed, by_effect
+from cycloid_profile.tolerance.exact_sensitivities import BearingPlay, Bench, Opening, by_effect
 from cycloid_profile.tolerance.first_stage import PRESSURE_ANGLE, InvolutePair, output_per_sun_play
 from cycloid_profile.tolerance.sensitivity_formulas import pin_circle, pin_radius
 from cycloid_profile.units import ARCMIN, UM
@@ -175,8 +175,8 @@ def budget_from_geometry(case: LoadCase, errors: PartErrors | None = None, bench
     given = printed_errors() if errors is None else errors
     used = Bench(case) if bench is None else bench
     drive = case.drive
-    pin = Signed(by_effect(lambda amount: PinRadiusError(-amount))).slope(used).mean
-    disc = Signed(by_effect(PinCircleRadiusError)).slope(used).mean
+    pin = Opening(by_effect(lambda amount: PinRadiusError(-amount))).slope(used).mean
+    disc = Opening(by_effect(PinCircleRadiusError)).slope(used).mean
     cycloid = Part(
         float(np.mean(used.as_drawn.reducer)), 2.0 * math.hypot(pin * given.pin_um * UM, disc * given.disc_um * UM)
     )

@@ -11,6 +11,7 @@ from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.effects.built import Built, as_drawn
 from cycloid_profile.effects.process import CumulativePitchError, DiscRunout, EquidistantError, RadialMovingError
 from cycloid_profile.effects.ring import PinCircleRadiusError, PinRadiusError
+from cycloid_profile.errors import SolveError
 from cycloid_profile.geometry.drive import Cranks, Drive
 from cycloid_profile.modification.setup import Equidistant, Modification, RadialMoving, modify
 from cycloid_profile.tolerance.exact_sensitivities import (
@@ -18,10 +19,11 @@ from cycloid_profile.tolerance.exact_sensitivities import (
     Bench,
     Directed,
     Measure,
+    Opening,
     ScatteredPins,
-    Signed,
     Slope,
     SunPlay,
+    TwoSided,
     by_effect,
 )
 from cycloid_profile.tolerance.first_stage import InvolutePair
@@ -37,7 +39,7 @@ from cycloid_profile.tolerance.sensitivity_formulas import (
     pin_position,
     pin_radius,
 )
-from cycloid_profile.units import ARCMIN
+from cycloid_profile.units import ARCMIN, UM
 
 
 class Needs(Enum):
@@ -121,7 +123,7 @@ FACTORS: tuple[Factor, ...] = (
         _RADIAL,
         pin_circle_as_published,
         pin_circle,
-        Signed(by_effect(PinCircleRadiusError)),
+        Opening(by_effect(PinCircleRadiusError)),
         _ROOT,
     ),
     Factor(
@@ -129,7 +131,7 @@ FACTORS: tuple[Factor, ...] = (
         _EQUIDISTANT,
         pin_radius,
         pin_radius,
-        Signed(by_effect(lambda amount: PinRadiusError(-amount))),
+        Opening(by_effect(lambda amount: PinRadiusError(-amount))),
         _AGREES,
     ),
     Factor(
@@ -138,7 +140,7 @@ FACTORS: tuple[Factor, ...] = (
         part_of(0.5, pin_radius),
         part_of(0.5, pin_radius),
         # Pressed against its hole from any side, a pin in a clearance c is a pin thinner by c/2.
-        Signed(by_effect(lambda clearance: PinRadiusError(-0.5 * clearance))),
+        Opening(by_effect(lambda clearance: PinRadiusError(-0.5 * clearance))),
         "agree; diametral clearance, half of it on either flank",
     ),
     Factor(
@@ -170,7 +172,7 @@ FACTORS: tuple[Factor, ...] = (
         _EQUIDISTANT,
         pin_radius,
         pin_radius,
-        Signed(by_effect(EquidistantError)),
+        Opening(by_effect(EquidistantError)),
         _AGREES,
     ),
     Factor(
@@ -178,7 +180,7 @@ FACTORS: tuple[Factor, ...] = (
         _RADIAL,
         pin_circle_as_published,
         pin_circle,
-        Signed(by_effect(RadialMovingError)),
+        Opening(by_effect(RadialMovingError)),
         _ROOT,
     ),
     Factor(
@@ -186,7 +188,7 @@ FACTORS: tuple[Factor, ...] = (
         "not found",
         None,
         lambda drive: 0.0,  # noqa: ARG005 - the same for every drive
-        Signed(_off_crank),
+        TwoSided(_off_crank),
         "removal vanishes at ψ0: 0 to first order; 1.6544 could not be derived",
     ),
     Factor(
@@ -198,15 +200,16 @@ FACTORS: tuple[Factor, ...] = (
         "agree on three cranks, where fewer bearings carry while play is taken up; on two a disc also shifts",
         Needs.CRANKS,
     ),
-    Factor(14, _EQUIDISTANT, pin_radius, pin_radius, Signed(_ground(Equidistant)), _AGREES),
-    Factor(15, _RADIAL, pin_circle_as_published, pin_circle, Signed(_ground(RadialMoving)), _ROOT),
+    Factor(14, _EQUIDISTANT, pin_radius, pin_radius, Opening(_ground(Equidistant)), _AGREES),
+    Factor(15, _RADIAL, pin_circle_as_published, pin_circle, Opening(_ground(RadialMoving)), _ROOT),
 )
 
 
 @dataclass(frozen=True, slots=True)
 class Sensitivity:
     """One row for one drive [rad/mm]: ``printed`` in the article for its own drive; its formula ``as_published`` and
-    ``corrected`` for this drive; ``geometry`` measured. The last three are None where the drive lacks the part.
+    ``corrected`` for this drive; ``geometry`` measured. The last three are None where the drive lacks the part,
+    the last where its tooth is so tight that the error makes it bind; ``why`` says so.
     """
 
     factor: Factor
@@ -220,13 +223,7 @@ class Sensitivity:
 
 
 def sensitivities(case: LoadCase, bench: Bench | None = None) -> tuple[Sensitivity, ...]:
-    """The fifteen rows for the drive and tooth of ``case``; a part it lacks leaves its rows empty.
-
-    Raises
-    ------
-    SolveError
-        If the tooth binds so badly that no first touch is found.
-    """
+    """The fifteen rows for the drive and tooth of ``case``; a part it lacks leaves its rows empty."""
     used = Bench(case) if bench is None else bench
     return tuple(
         _row(factor, used, one.factor, one.arcmin_per_mm * ARCMIN, one.weight)
@@ -239,9 +236,12 @@ def _row(factor: Factor, bench: Bench, name: str, printed: float, weight: float)
     if not factor.needs.met_by(drive):
         return Sensitivity(factor, name, printed, weight, None, None, None, factor.needs.value)
     by_formula = None if factor.as_published is None else factor.as_published(drive)
-    return Sensitivity(
-        factor, name, printed, weight, by_formula, factor.corrected(drive), factor.measure.slope(bench), factor.why
-    )
+    geometry, why = None, factor.why
+    try:
+        geometry = factor.measure.slope(bench)
+    except SolveError:
+        why = f"not measured: with {bench.step / UM:g} µm of it this tight tooth binds"
+    return Sensitivity(factor, name, printed, weight, by_formula, factor.corrected(drive), geometry, why)
 
 
 def weights(values: tuple[float | None, ...]) -> tuple[float | None, ...]:

@@ -32,7 +32,14 @@ from cycloid_profile.geometry.trochoid import Trochoid
 from cycloid_profile.modification.setup import Equidistant, modify
 from cycloid_profile.rig.maps import backlash_map
 from cycloid_profile.tolerance import sensitivity_formulas as formulas
-from cycloid_profile.tolerance.exact_sensitivities import BearingPlay, Bench, Directed, ScatteredPins, Signed, by_effect
+from cycloid_profile.tolerance.exact_sensitivities import (
+    BearingPlay,
+    Bench,
+    Directed,
+    Opening,
+    ScatteredPins,
+    by_effect,
+)
 from cycloid_profile.tolerance.first_stage import PRESSURE_ANGLE, InvolutePair, output_per_sun_play
 from cycloid_profile.tolerance.published_sensitivities import FACTORS, Needs, Sensitivity, sensitivities, weights
 from cycloid_profile.units import ARCMIN, UM
@@ -278,6 +285,15 @@ def test_a_central_eccentric_has_neither_first_stage_nor_crank_bearings():
     assert sum(share for share in weights(tuple(row.corrected for row in found.values())) if share) == pytest.approx(1)
 
 
+def test_a_tooth_without_clearance_is_measured_where_an_error_opens_it(rv40e):
+    found = small(of(rv40e, 0.0))
+    for number in (4, 5, 6, 10, 11, 14, 15):
+        assert found[number].geometry.mean == pytest.approx(found[number].corrected, rel=1e-2)
+    unmeasured = {number for number, row in found.items() if row.geometry is None}
+    assert 12 in unmeasured <= {7, 8, 9, 12}
+    assert all("binds" in found[number].why for number in unmeasured)
+
+
 def test_cranks_without_a_first_stage_keep_their_bearings(rv40e):
     found = small(of(replace(rv40e, first_stage=None)))
     assert {number for number, row in found.items() if row.geometry is None} == {1, 2, 3}
@@ -304,5 +320,5 @@ def test_amounts_of_the_set_up_and_errors_of_it_are_the_same_geometry(bench):
 
 
 def test_more_of_an_error_is_the_same_slope(bench):
-    one, two = (Signed(by_effect(EquidistantError)).slope(replace(bench, step=s * UM, poses=5)).mean for s in (1, 2))
+    one, two = (Opening(by_effect(EquidistantError)).slope(replace(bench, step=s * UM, poses=5)).mean for s in (1, 2))
     assert one == pytest.approx(two, rel=1e-3)
