@@ -171,6 +171,11 @@ def budget_from_geometry(case: LoadCase, errors: PartErrors | None = None, bench
     """The budget of a drive with its tooth as ground: means from exact contact, tolerances by exact sensitivities.
 
     ``errors`` are those of the article's parameter table unless given.
+
+    Raises
+    ------
+    SolveError
+        If at some pose no touch or equilibrium is found.
     """
     given = printed_errors() if errors is None else errors
     used = Bench(case) if bench is None else bench
