@@ -1,25 +1,26 @@
-"""The cheapest set of tolerances that reaches a yield, confirmed on reducers it was not found with (docs/allocation.md)."""
+"""The cheapest tolerances that reach a yield, confirmed on reducers they were not found with (docs/allocation.md)."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
-from enum import Enum
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.errors import AllocationError, SpecError
-from cycloid_profile.tolerance.cheapest import Cheapest, Sample, between_bounds, cheapest, finest_quantile
+from cycloid_profile.tolerance.allocated import Allocation, Status, lines_of, percent
+from cycloid_profile.tolerance.cheapest import ROUGH, Cheapest, Sample, bounds_met, cheapest, finest_quantile
 from cycloid_profile.tolerance.draws import Draws
-from cycloid_profile.tolerance.limits import Limit, Yield, limits_of, within
+from cycloid_profile.tolerance.limits import Ends, Limit, limits_of, within
 from cycloid_profile.tolerance.quantities import Answers
-from cycloid_profile.tolerance.scatter import Cost, Scatter, Tolerances
+from cycloid_profile.tolerance.scatter import Cost
 from cycloid_profile.tolerance.sequence import Random, Sobol
+from cycloid_profile.tolerance.summary import Interval, share_interval
 
 _TWO_SIDED = 1.959964  # standard errors to either end of a 95 % interval
-_LEAST_FAILING = 100.0  # reducers beyond the limits in a sample, on average; fewer are no tail to find a gradient in
+_LEAST_FAILING = 40.0  # reducers beyond the limits in a sample, on average; fewer are no tail to find a gradient in
 _COARSE = 8  # times fewer reducers to choose a start with
 _ROUNDS = 5
 _SETTLED = 2e-3  # share of the cost that may be left to save
@@ -28,20 +29,11 @@ _CHUNK = 4096
 EQUAL_COST = Cost(1.0)
 
 
-class Status(Enum):
-    """How an allocation ended."""
-
-    CONFIRMED = "the yield is reached, and independent reducers confirm it"
-    LOOSEST = "every tolerance is as coarse as its bound allows and the yield is confirmed: allow coarser ones to save more"
-    UNCONFIRMED = "the yield is reached on the reducers of the search but not surely on others: draw more of both"
-    UNSETTLED = "the yield is confirmed, but the search stopped before the cheapest set: draw more reducers"
-
-
 @dataclass(frozen=True, slots=True)
 class Effort:
     """How many reducers: ``samples`` to search with, ``verification`` to confirm with; None for as many as it takes.
 
-    As many as it takes: 100 beyond the limits to search with, at least 4096; to confirm with, four times as many.
+    As many as it takes: 40 beyond the limits to search with, at least 4096; to confirm with, four times as many.
     """
 
     samples: int | None = None
@@ -54,69 +46,10 @@ class Effort:
         return samples, self.verification or 4 * samples
 
 
-@dataclass(frozen=True)
-class Line:
-    """One tolerance before and after: ``plus_minus`` in its ``unit``, three standard deviations where only these were
-    given; ``bound`` "finest", "coarsest" or "" where it is at neither; costs None where it has none and stayed as drawn.
-    """
-
-    label: str
-    unit: str
-    plus_minus_before: float
-    plus_minus_after: float
-    cost_before: float | None
-    cost_after: float | None
-    bound: str
-
-    @property
-    def ratio(self) -> float:
-        """Tolerance after by before."""
-        return self.plus_minus_after / self.plus_minus_before if self.plus_minus_before else 1.0
-
-
-@dataclass(frozen=True)
-class Allocation:
-    """Tolerances that reach the ``wanted`` yield at least cost.
-
-    ``tolerances`` to be held; ``lines``, one a scatter; ``yield_before`` and ``yield_after`` of the same independent
-    reducers, whose quantities ``names`` are ``before`` and ``after``, shape (reducers, quantities); ``aimed``, the yield
-    searched for, which differs from ``wanted`` by the margin that confirms it; ``cost_per_percent`` of one more percent
-    of yield; ``saving_left``, share of the cost a better search might still save at most; ``assumed_costs``, no scatter
-    had a cost and all were given the same.
-    """
-
-    status: Status
-    limits: tuple[Limit, ...]
-    wanted: float
-    aimed: float
-    tolerances: Tolerances
-    lines: tuple[Line, ...]
-    yield_before: Yield
-    yield_after: Yield
-    cost_per_percent: float
-    saving_left: float
-    rounds: int
-    samples: int
-    assumed_costs: bool
-    names: tuple[str, ...]
-    before: FloatArray = field(repr=False)
-    after: FloatArray = field(repr=False)
-
-    @property
-    def cost_before(self) -> float:
-        """Cost of all tolerances as drawn."""
-        return sum(one.cost_before or 0.0 for one in self.lines)
-
-    @property
-    def cost_after(self) -> float:
-        """Cost of all tolerances as allocated."""
-        return sum(one.cost_after or 0.0 for one in self.lines)
-
-
 def allocate(
     draws: Draws,
     answers: Answers,
-    limits: Mapping[str, float | tuple[float | None, float | None]],
+    limits: Mapping[str, Ends],
     wanted: float = 0.95,
     effort: Effort = Effort(),
     tell: Callable[[str], None] = lambda _: None,
@@ -152,10 +85,10 @@ class _Round:
     number: int
     aimed: float
     found: Cheapest
-    confirmed: Yield
+    confirmed: Interval
 
     def reaches(self, wanted: float) -> bool:
-        return self.confirmed.interval[0] >= wanted
+        return self.confirmed.low >= wanted
 
 
 @dataclass(frozen=True)
@@ -177,7 +110,7 @@ class _Search:
         small = self.sample.beginning(max(len(self.sample.z) // _COARSE, min(len(self.sample.z), 512)))
         found = []
         for name, u in (("drawing", np.zeros(len(curves.where))), ("finest", curves.low), ("coarsest", curves.high)):
-            one = cheapest(small, self._first_aim, u)
+            one = cheapest(small, self._first_aim, u, ROUGH)
             told = f"costs {one.cost:.4g}" if one.kept else "does not reach the yield"
             self.tell(f"searched with {len(small.z)} reducers from the {name} tolerances: {told}")
             found.append(one)
@@ -215,9 +148,9 @@ class _Search:
                 break
             values = self.values(found.u, number)
             seen = _yield(values, self.sample.answers.names, self.limits)
-            self.tell(f"round {number}: aimed at {100.0 * aim:.2f} %, cost {found.cost:.4g}, confirmed {seen}")
+            self.tell(f"round {number}: aimed at {100.0 * aim:.2f} %, cost {found.cost:.4g}, confirmed {percent(seen)}")
             rounds.append(_Round(number, aim, found, seen))
-            excess = seen.interval[0] - self.wanted
+            excess = seen.low - self.wanted
             if 0.0 <= excess <= self.margin or _all_coarsest(self.sample, found):
                 break
             # A third of the margin above the least that is needed: else every second round would just miss it.
@@ -241,15 +174,14 @@ class _Search:
 def _told(search: _Search, best: _Round, rounds: int, assumed: bool) -> Allocation:
     sample, found = search.sample, best.found
     tolerances = sample.draws.tolerances
-    after = sample.curves.applied(tolerances, found.u)
     values = search.values(np.zeros(len(found.u)), best.number)
     return Allocation(
         status=_status(search, best),
         limits=search.limits,
         wanted=search.wanted,
         aimed=best.aimed,
-        tolerances=after,
-        lines=_lines(sample, found, tolerances, after),
+        tolerances=sample.curves.applied(tolerances, found.u),
+        lines=lines_of(sample.curves, found.u, tolerances),
         yield_before=_yield(values, sample.answers.names, search.limits),
         yield_after=best.confirmed,
         cost_per_percent=0.01 * found.cost_per_yield,
@@ -272,29 +204,11 @@ def _status(search: _Search, best: _Round) -> Status:
 
 
 def _all_coarsest(sample: Sample, found: Cheapest) -> bool:
-    return bool(np.all(~between_bounds(sample.curves, found.u) & (found.u >= sample.curves.high - 1e-6)))
+    return bool(np.all(bounds_met(sample.curves, found.u) == 1))
 
 
-def _lines(sample: Sample, found: Cheapest, before: Tolerances, after: Tolerances) -> tuple[Line, ...]:
-    number = {int(where): i for i, where in enumerate(sample.curves.where)}
-    inside = between_bounds(sample.curves, found.u)
-    lines = []
-    for j, (old, new) in enumerate(zip(before.scatters, after.scatters, strict=True)):
-        i, bound = number.get(j), ""
-        ratio = 1.0 if i is None else float(np.exp(found.u[i]))
-        if i is not None and not inside[i]:
-            bound = "finest" if found.u[i] <= sample.curves.low[i] + 1e-6 else "coarsest"
-        costs = (None, None) if old.cost is None else (old.cost.at(1.0), old.cost.at(ratio))
-        lines.append(Line(old.label, old.unit, _width(old), _width(new), *costs, bound))
-    return tuple(lines)
-
-
-def _width(scatter: Scatter) -> float:
-    return 3.0 * scatter.size.standard_deviation if scatter.plus_minus is None else scatter.plus_minus
-
-
-def _yield(values: FloatArray, names: tuple[str, ...], limits: tuple[Limit, ...]) -> Yield:
-    return Yield(int(np.sum(within(values, names, limits))), len(values))
+def _yield(values: FloatArray, names: tuple[str, ...], limits: tuple[Limit, ...]) -> Interval:
+    return share_interval(int(np.sum(within(values, names, limits))), len(values))
 
 
 def _lone(draws: Draws) -> Draws:

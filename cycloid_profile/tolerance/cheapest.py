@@ -8,16 +8,18 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
+from cycloid_profile.arrays import FloatArray, IntArray
 from cycloid_profile.tolerance.draws import Draws
 from cycloid_profile.tolerance.limits import Limit, WorstMargin
 from cycloid_profile.tolerance.quantities import Answers
 from cycloid_profile.tolerance.scatter import Cost, Tolerances
 from cycloid_profile.tolerance.smooth_quantile import SmoothQuantile
 
-_STEP = 1e-3  # of a tolerance; coordinates are linear in tolerances, so that one side is as good as both
-_CHANGE = 1e-7  # of the cost, below which the search stops
-_MOST_STEPS = 60
+# Of a tolerance. Coordinates are linear in tolerances, so that one side is as good as both: slopes of backlash are
+# exact but at a change of contact, those of lost motion within 2e-4 of the largest (1e-3: 9e-3).
+_STEP = 1e-4
+FINE, ROUGH = 1e-5, 1e-3  # share of the cost a step must change for the search to go on
+_MOST_STEPS = 40
 _KEPT = 1e-3  # of the scatter, by which the limit may be missed on the sample
 _AT_BOUND = 1e-6
 
@@ -131,8 +133,11 @@ class Cheapest:
         return self.beyond <= _KEPT
 
 
-def cheapest(sample: Sample, share: float, start: FloatArray) -> Cheapest:
-    """Least cost at which the ``share`` of the sample keeps its limits, searched from u = ``start``."""
+def cheapest(sample: Sample, share: float, start: FloatArray, change: float = FINE) -> Cheapest:
+    """Least cost at which the ``share`` of the sample keeps its limits, searched from u = ``start``.
+
+    The search ends where a step changes the cost by less than the share ``change``.
+    """
     from scipy.optimize import minimize
 
     curves, quantile = sample.curves, SmoothQuantile.of(share, len(sample.z))
@@ -149,7 +154,7 @@ def cheapest(sample: Sample, share: float, start: FloatArray) -> Cheapest:
             "jac": lambda u: -sample.gradient(u, worst(u), quantile),
         },
         method="SLSQP",
-        options={"ftol": _CHANGE, "maxiter": _MOST_STEPS},
+        options={"ftol": change, "maxiter": _MOST_STEPS},
     )
     u = np.clip(found.x, curves.low, curves.high)
     return _judged(sample, quantile, u, int(found.nit))
@@ -184,7 +189,7 @@ def _judged(sample: Sample, quantile: SmoothQuantile, u: FloatArray, steps: int)
     curves, worst = sample.curves, sample.worst(u)
     cost = float(np.sum(curves.each(u)))
     beyond = quantile.at(worst)
-    free = between_bounds(curves, u)
+    free = bounds_met(curves, u) == 0
     if not np.any(free):
         return Cheapest(u, beyond, cost, 0.0, 0.0, steps)
     slope, curvature = curves.slope(u)[free], curves.curvature(u)[free]
@@ -194,10 +199,9 @@ def _judged(sample: Sample, quantile: SmoothQuantile, u: FloatArray, steps: int)
     return Cheapest(u, beyond, cost, multiplier * _rise_with_yield(worst, quantile.share), left / cost, steps)
 
 
-def between_bounds(curves: Curves, u: FloatArray) -> BoolArray:
-    """Which tolerances are at neither of their bounds."""
-    inside: BoolArray = (u > curves.low + _AT_BOUND) & (u < curves.high - _AT_BOUND)
-    return inside
+def bounds_met(curves: Curves, u: FloatArray) -> IntArray:
+    """−1 for each tolerance at its finest, 1 at its coarsest, 0 between."""
+    return np.where(u <= curves.low + _AT_BOUND, -1, np.where(u >= curves.high - _AT_BOUND, 1, 0)).astype(np.intp)
 
 
 def _rise_with_yield(worst: FloatArray, share: float) -> float:

@@ -1,4 +1,4 @@
-"""Limits a reducer must keep, how far beyond them it is, and the share that keeps them all."""
+"""Limits a reducer must keep, and how far beyond them it is."""
 
 from __future__ import annotations
 
@@ -11,8 +11,6 @@ import numpy as np
 
 from cycloid_profile.arrays import BoolArray, FloatArray
 from cycloid_profile.errors import SpecError
-
-CONFIDENCE = 0.95
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,32 +30,11 @@ class Limit:
         return f"{self.quantity} {' and '.join(ends)}"
 
 
-@dataclass(frozen=True, slots=True)
-class Yield:
-    """``good`` of ``count`` independent reducers keep all limits."""
-
-    good: int
-    count: int
-
-    @property
-    def share(self) -> float:
-        """Share that keeps them."""
-        return self.good / self.count
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """Ends of the 95 % confidence interval of the share, Clopper and Pearson, Biometrika 26 (1934) 404."""
-        from scipy.stats import binomtest
-
-        found = binomtest(self.good, self.count).proportion_ci(CONFIDENCE, "exact")
-        return float(found.low), float(found.high)
-
-    def __str__(self) -> str:
-        low, high = self.interval
-        return f"{100.0 * self.share:.2f} % ({100.0 * low:.2f} to {100.0 * high:.2f} %)"
+# An upper limit, or a lower and an upper one, None for neither.
+Ends = float | tuple[float | None, float | None]
 
 
-def limits_of(given: Mapping[str, float | tuple[float | None, float | None]], names: Sequence[str]) -> tuple[Limit, ...]:
+def limits_of(given: Mapping[str, Ends], names: Sequence[str]) -> tuple[Limit, ...]:
     """Limits from a mapping of quantity to its upper limit, or to a pair of lower and upper, None for neither.
 
     Raises
@@ -70,7 +47,7 @@ def limits_of(given: Mapping[str, float | tuple[float | None, float | None]], na
     return tuple(_limit(quantity, ends, names) for quantity, ends in given.items())
 
 
-def _limit(quantity: str, ends: float | tuple[float | None, float | None], names: Sequence[str]) -> Limit:
+def _limit(quantity: str, ends: Ends, names: Sequence[str]) -> Limit:
     if quantity not in names:
         close = difflib.get_close_matches(quantity, names, n=1, cutoff=0.4)
         remedy = f"did you mean {close[0]}?" if close else f"choose from {', '.join(names)}"
@@ -78,7 +55,9 @@ def _limit(quantity: str, ends: float | tuple[float | None, float | None], names
     low, high = ends if isinstance(ends, tuple) else (None, ends)
     limit = Limit(quantity, -math.inf if low is None else float(low), math.inf if high is None else float(high))
     if math.isnan(limit.at_least) or math.isnan(limit.at_most) or (low is None and high is None):
-        raise SpecError(f"limit of {quantity}", ends, "is no number", "give an upper limit, or a lower and an upper one")
+        raise SpecError(
+            f"limit of {quantity}", ends, "is no number", "give an upper limit, or a lower and an upper one"
+        )
     if limit.at_least > limit.at_most:
         raise SpecError(f"lower limit of {quantity}", low, f"is above the upper one, {high:g}", "swap them")
     return limit

@@ -1,7 +1,7 @@
 """A quantile of a sample that changes smoothly, with its gradient: what stands in for the step function "yield".
 
-The single reducer at the limit would do for a value, but its gradient is that of one reducer picked by chance. A mean of
-its neighbours by rank has the gradient of all of them (docs/allocation.md, Eqs. 72 and 73).
+The single reducer at the limit would do for a value, but its gradient is that of one reducer picked by chance. A mean
+of its neighbours by rank has the gradient of all of them (docs/allocation.md, Eqs. 72 and 73).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from cycloid_profile.arrays import FloatArray, IntArray
 # Weights are those of a sample with so many failures. More of them follow the quantile closer, with fewer reducers to
 # take a gradient from: 25 shift the yield of a normal answer by 0.0008 at 95 %, which verification takes out again.
 _FAILURES = 25.0
-_NEGLIGIBLE = 1e-7
+_NEGLIGIBLE = 1e-4
 
 
 @dataclass(frozen=True)
