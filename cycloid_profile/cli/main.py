@@ -18,6 +18,7 @@ from cycloid_profile.cli.correct import correct
 from cycloid_profile.cli.diagnose import diagnose
 from cycloid_profile.cli.export import export
 from cycloid_profile.cli.simulate import simulate
+from cycloid_profile.cli.tolerance import tolerance
 from cycloid_profile.errors import CycloidError
 
 EPILOGUE = "Example: cycloid-profile build examples/rv40e.toml"
@@ -32,7 +33,7 @@ def application() -> App:
         help_format="plaintext",
         version_flags=["--version"],
     )
-    for command in (build, accuracy, simulate, compare, diagnose, correct, export, catalog):
+    for command in (build, accuracy, simulate, compare, diagnose, correct, tolerance, export, catalog):
         app.command(command, help_epilogue="")
     return app
 

@@ -70,9 +70,9 @@ class StageEnergy:
 
     def poses(self, which: BoolArray) -> StageEnergy:
         """The same at some of the poses."""
-        one_for_all = ("law", "contact", "disc_unknowns", "bearing_stiffness", "arm")
+        one_for_all = {"law", "contact", "disc_unknowns", "bearing_stiffness", "arm"}
         if not isinstance(self.play, np.ndarray):
-            one_for_all = (*one_for_all, "play")
+            one_for_all.add("play")
         cut = {f.name: getattr(self, f.name)[which] for f in fields(self) if f.name not in one_for_all}
         return replace(self, **cut, contact=replace(self.contact, curvature=self.contact.curvature[which]))
 

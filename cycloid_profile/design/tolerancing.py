@@ -1,4 +1,4 @@
-"""From the ``[tolerance]`` table of a spec to studies: what scatters, what passes, which designs to lay side by side."""
+"""From the ``[tolerance]`` table of a spec to studies: what scatters, what passes, designs side by side."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ import msgspec
 from cycloid_profile.design.ground import built_reducer
 from cycloid_profile.effects.built import Built
 from cycloid_profile.spec.model import Spec
+from cycloid_profile.spec.read import parse_spec
+from cycloid_profile.spec.write import format_spec
 from cycloid_profile.tolerance.draws import Draws
 from cycloid_profile.tolerance.quantities import QUANTITIES
 from cycloid_profile.tolerance.scatter import Tolerances, tolerances_of, workshop_tolerances
@@ -54,9 +56,15 @@ def without_compensation(spec: Spec) -> Built | None:
 
 
 def with_tolerance_values(spec: Spec, changed: Mapping[str, object]) -> Spec:
-    """The spec with some values of ``[tolerance]`` replaced, those given as None left as they are."""
+    """The spec with some values of ``[tolerance]`` replaced, those given as None left as they are.
+
+    Raises ``SpecError`` where a value is out of its limits.
+    """
     given = {key: value for key, value in changed.items() if value is not None}
-    return msgspec.structs.replace(spec, tolerance=msgspec.structs.replace(spec.tolerance, **given))
+    if not given:
+        return spec
+    grown = msgspec.structs.replace(spec, tolerance=msgspec.structs.replace(spec.tolerance, **given))
+    return parse_spec(format_spec(grown))
 
 
 def beside(study: Study, built: Built) -> Study:

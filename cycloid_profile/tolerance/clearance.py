@@ -34,7 +34,8 @@ class Clearance:
     """Closing turns of all contacts, linear in the coordinates.
 
     ``base`` shape (contacts, flanks) [rad] with the errors of the working point, infinite where a flank has fewer
-    contacts than the others; flanks are those that stop a forward turn at each pose, then those that stop a backward one.
+    contacts than the others; flanks are those that stop a forward turn at each pose, then those that stop a backward
+    one.
     ``by_unit`` sparse, (contacts·flanks, coordinates) [rad per unit].
     """
 
@@ -45,7 +46,7 @@ class Clearance:
     @property
     def poses(self) -> int:
         """Number of poses over the turn of the output."""
-        return self.base.shape[1] // 2
+        return int(self.base.shape[1]) // 2
 
     @cached_property
     def affine(self) -> Any:

@@ -29,7 +29,7 @@ class Comparison:
 
     @property
     def verdict(self) -> str:
-        """What the ratio says: "less", "more" or "as" sensitive; within two errors of 1, or a hundredth, it says "as"."""
+        """What the ratio says: "less", "more" or "as" sensitive, "as" within two errors of 1 or a hundredth."""
         if not abs(self.ratio - 1.0) > max(2.0 * self.error, _ALIKE):
             return "as"
         return "less" if self.ratio < 1.0 else "more"

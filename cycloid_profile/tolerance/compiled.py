@@ -166,7 +166,7 @@ def _point(  # pragma: no cover
     """Energy at a step; fills gradient, pin forces and stiffnesses, and the stretch of the bearings ``now``."""
     discs, pins = gap.shape
     gradient[:] = 0.0
-    energy = -torque * (rotation + step[0])
+    energy: float = -torque * (rotation + step[0])
     gradient[0] = -torque
     for d in range(discs):
         x, y, t = step[own[d, 0]], step[own[d, 1]], step[own[d, 2]]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -19,7 +19,7 @@ class Draws:
 
     tolerances: Tolerances
     seed: int = 1
-    sequence: Sequence = Random()
+    sequence: Sequence = field(default_factory=Random)
     batch_size: int = 100
 
     @cached_property

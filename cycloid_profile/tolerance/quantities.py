@@ -1,4 +1,4 @@
-"""What of a reducer is counted: backlash by geometry alone, and lost motion, transmission error and pressure by load."""
+"""What of a reducer is counted: backlash by geometry; lost motion, transmission error and pressure by load."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class BacklashAnswers:
 
     def of(self, x: FloatArray) -> FloatArray:
         """See ``Answers.of``."""
-        return self.clearance.worst(x)[:, np.newaxis] / ARCMIN
+        return np.asarray(self.clearance.worst(x)[:, np.newaxis] / ARCMIN)
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class LostMotionAnswers:
         """See ``Answers.of``."""
         rotation, _ = self.stage.answers(x)
         there, back = np.split(rotation, 2, axis=1)
-        return np.max(there - back, axis=1)[:, np.newaxis] / ARCMIN
+        return np.asarray(np.max(there - back, axis=1)[:, np.newaxis] / ARCMIN)
 
 
 @dataclass(frozen=True)

@@ -42,11 +42,11 @@ class Cost:
 
     def at(self, ratio: float) -> float:
         """Cost at ``ratio`` times the tolerance."""
-        return self.fixed + self.at_drawing * ratio**-self.exponent
+        return float(self.fixed + self.at_drawing * ratio**-self.exponent)
 
     def slope(self, ratio: float) -> float:
         """Derivative of the cost by the ratio."""
-        return -self.exponent * self.at_drawing * ratio ** (-self.exponent - 1.0)
+        return float(-self.exponent * self.at_drawing * ratio ** (-self.exponent - 1.0))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -178,7 +178,7 @@ def _scatter(table: Mapping[str, Any], built: Built, where: str) -> Scatter:
     if not open_sizes or not sizes:
         first = next(p.name for p in parameters(kind) if p.tolerance is not None)
         raise SpecError(f"{where}.{first}", fixed.get(first, "not given"), "is no distribution",
-                        f"give {first} = {{ plus_minus = {open_sizes[0].tolerance if open_sizes else 1.0:g} }}")  # fmt: skip
+                        f"give {first} = {{ plus_minus = 1.0 }}")  # fmt: skip
     size_name = sizes[0].name
     for p in open_sizes:
         if p.name != size_name:

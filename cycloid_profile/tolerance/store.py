@@ -102,5 +102,9 @@ def open_store(folder: Path, study: Study) -> Store:
 
 def _not_written(path: Path, error: OSError) -> ToleranceError:
     return ToleranceError(
-        "samples", f"'{path}'", f"cannot be written ({error.strerror or error})", "choose another folder with --out", " "
+        "samples",
+        f"'{path}'",
+        f"cannot be written ({error.strerror or error})",
+        "choose another folder with --out",
+        " ",
     )

@@ -38,7 +38,7 @@ class QuantitySummary:
 
 @dataclass(frozen=True, slots=True)
 class Yield:
-    """Share of reducers within a ``limit``, or within all limits where ``name`` is "all"; one without an answer fails."""
+    """Share of reducers within a ``limit``, or within all where ``name`` is "all"; one without an answer fails."""
 
     name: str
     limit: float | None
@@ -71,7 +71,9 @@ def _quantity(store: Store, name: str) -> QuantitySummary:
     off = _z() * spread.deviation / math.sqrt(max(spread.count, 1))
     mean = Interval(spread.mean, spread.mean - off, spread.mean + off)
     if not spread.count:
-        return QuantitySummary(name, spread, mean, {percent: Interval(math.nan, math.nan, math.nan) for percent in PERCENTS})
+        return QuantitySummary(
+            name, spread, mean, {percent: Interval(math.nan, math.nan, math.nan) for percent in PERCENTS}
+        )
     ranks = {percent: percentile_ranks(percent, spread.count) for percent in PERCENTS}
     found = order_statistics(chunks, spread, [rank for three in ranks.values() for rank in three])
     values = found.reshape(-1, 3).tolist()
@@ -107,7 +109,8 @@ def _yields(store: Store, limits: Mapping[str, float]) -> tuple[Yield, ...]:
         together += int(np.sum(np.all(passed, axis=1)))
     samples = store.study.samples
     single = tuple(
-        Yield(name, limit, share_interval(int(k), samples)) for (name, limit), k in zip(limits.items(), within, strict=True)
+        Yield(name, limit, share_interval(int(k), samples))
+        for (name, limit), k in zip(limits.items(), within, strict=True)
     )
     return (*single, Yield("all", None, share_interval(together, samples))) if len(limits) > 1 else single
 

@@ -96,7 +96,9 @@ class Cluster:
     def _answer(self, future: Any) -> tuple[int, FloatArray]:
         if future.status != "finished":
             reason = future.exception() if future.status == "error" else future.status
-            raise self._refusal(f"lost a chunk ({reason})", "install the same version of cycloid-profile on its workers")
+            raise self._refusal(
+                f"lost a chunk ({reason})", "install the same version of cycloid-profile on its workers"
+            )
         answer: tuple[int, FloatArray] = future.result()
         return answer
 
