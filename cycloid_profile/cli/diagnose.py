@@ -120,6 +120,12 @@ def _print(values: dict[str, object], verdict: str) -> None:
     if found:
         print_table("where", ("file", "coordinate", "at", "size", "p"), found[:8])
         print()
+    near = values["nearest"]
+    assert isinstance(near, list)
+    if near:
+        shares = [(n["name"], f"{100.0 * n['share_explained']:.0f} %", n["why_not"]) for n in near]
+        print_table("what comes nearest", ("effect", "explains", "why not"), shares)
+        print()
     gaps = values["gap"]
     assert isinstance(gaps, list)
     columns = ("file", "noise", "fitted before", "after", "held out before", "after", "unit")

@@ -18,12 +18,13 @@ from cycloid_profile.discrepancy.detection import (
     detect,
     smallest_detectable,
 )
-from cycloid_profile.discrepancy.evidence import ALIAS
+from cycloid_profile.discrepancy.evidence import ALIAS, linear_evidence
 from cycloid_profile.discrepancy.exact import ExactModel, Optimum, State
 from cycloid_profile.discrepancy.laid import Laid, settled
 from cycloid_profile.discrepancy.lobes import counted_alike
-from cycloid_profile.discrepancy.naming import DISTINGUISHED, Named, Search, linear_evidence, swaps
-from cycloid_profile.discrepancy.normal import Normal, Whitened, coordinates, normal
+from cycloid_profile.discrepancy.naming import DISTINGUISHED, Named, named, swaps
+from cycloid_profile.discrepancy.nearest import Near, nearest
+from cycloid_profile.discrepancy.normal import Normal, Whitened, normal
 from cycloid_profile.discrepancy.plan import separating_measurement
 from cycloid_profile.discrepancy.probes import Probes
 from cycloid_profile.discrepancy.recording import Recording, hold_all_out, hold_nothing_out, record
@@ -107,8 +108,8 @@ class Diagnosis:
     """What came out: ``verdict`` is ``agrees``, ``effects_found`` or ``unknown_effect``.
 
     ``detection`` before and ``left`` after; ``where``, the striking places before; ``remainder``, what the named
-    effects leave, or None; ``nearest``, for an unknown effect, names of the library that come nearest with the share
-    of the gap that each explains; ``not_seen``, smallest detectable size of every effect with the name of its
+    effects leave, or None; ``nearest``, for an unknown effect, effects of the library that come nearest and why
+    each is not the answer; ``not_seen``, smallest detectable size of every effect with the name of its
     parameter.
     """
 
@@ -120,7 +121,7 @@ class Diagnosis:
     left: Detection
     where: tuple[Finding, ...]
     remainder: Finding | None
-    nearest: tuple[tuple[str, float], ...]
+    nearest: tuple[Near, ...]
     not_seen: dict[str, tuple[float, str]]
     gaps: tuple[FileGap, ...]
     notes: tuple[str, ...]
@@ -161,12 +162,11 @@ def diagnose(
     probes = Probes(built)
     tell("looking for what is beyond the noise")
     laid = counted_alike(built, [Laid(r, built, probes) for r in recordings], library, probes)
-    recordings = [one.recording for one in laid]
-    everything = ExactModel(built, [hold_nothing_out(r) for r in recordings], probes, laid)
-    equations = normal(everything.nothing.blocks, library)
-    detection = detect(everything.nothing.blocks, equations)
+    model = ExactModel(built, [one.recording for one in laid], probes, laid)
+    everything, equations, detection = _looked_at(model, library)
     not_seen = smallest_detectable(equations, detection.families)
-    before = [*laid, *(Laid(r, built, probes) for r in checks)]
+    checked = [Laid(r, built, probes) for r in checks]
+    before = [*laid, *checked]
     if not detection.striking:
         if detection.significant:
             notes.append("what differs is significant but smaller than the simulation can be trusted for")
@@ -174,33 +174,37 @@ def diagnose(
         return Diagnosis(
             built, built, "agrees", (), detection, detection, (), None, (), not_seen, gaps, tuple(notes), 0.0
         )
-    search = Search(built, laid, library, probes, tell)
-    named = search.named()
+    found = named(model, library, tell)
+    if found.model is not model:
+        # With the lobes of a scan counted otherwise its places are others, too.
+        everything, equations, detection = _looked_at(found.model, library)
+        before = [*found.model.nothing.laid, *checked]
     tell("checking what is left")
-    best = named.best
-    final = everything.optimum(best.members, best.u, search.prior, steps=3) or best
-    left = _left(final)
-    first, after = everything.nothing.chi2, final.state.chi2
+    best = found.best
+    final = everything.optimum(best.members, best.u, found.library.prior, steps=3) or best
+    left = _left(everything.at(final), final.members)
+    first, after = everything.nothing.chi2, final.chi2
     explained = (first - after) / max(first - equations.rows, 1e-9)
     worst = _worst_left(left, everything.nothing)
     effects: tuple[NamedEffect, ...] = ()
     if best.members and best.log_evidence >= _LEAST_EVIDENCE and (worst is None or explained > _EXPLAINED):
-        effects = _effects(built, recordings, search, named, final, tell)
+        effects = _effects(found, everything, final, tell)
     else:
         worst = _most_striking(detection)
     corrected = _with(built, effects)
     after_laid = before
     if effects:
         # Sizes of the rows to fit only: what was held out is held out.
-        known = [one.under(r) for one, r in zip(best.state.laid, recordings, strict=True)]
+        known = found.model.at(best).laid
         # Which lobe is the first shows only now, on teeth whose lobes differ.
         after_laid = [*known, *(Laid(replace(r, placed=None), corrected, probes) for r in checks)]
     gaps = tuple(_gap(a.recording, a, b) for a, b in zip(before, after_laid, strict=True))
     where = _places(detection) or _places(detect(everything.nothing.blocks, None, settle=True))
     verdict = "effects_found" if effects else "unknown_effect"
-    nearest = () if effects else _nearest(equations)
+    near = () if effects else nearest(everything, equations)
+    notes += [one.sentence for one in near if one.too_large]
     return Diagnosis(
-        built, corrected, verdict, effects, detection, left, where, worst, nearest, not_seen, gaps,
+        built, corrected, verdict, effects, detection, left, where, worst, near, not_seen, gaps,
         tuple(notes), best.log_evidence,
     )  # fmt: skip
 
@@ -211,11 +215,16 @@ def _disc(built: Built, measurement: Measurement, discs: Sequence[int] | None, n
     return scanned_disc(measurement, built.discs)
 
 
-def _left(final: Optimum) -> Detection:
+def _looked_at(model: ExactModel, library: Sequence[Candidate]) -> tuple[ExactModel, Normal, Detection]:
+    """The model with all rows to fit, its equations, and what strikes."""
+    everything = model.with_rows([hold_nothing_out(r) for r in model.recordings])
+    equations = normal(everything.nothing.blocks, library)
+    return everything, equations, detect(everything.nothing.blocks, equations)
+
+
+def _left(state: State, members: Sequence[Candidate]) -> Detection:
     """Detection on what the best set leaves, its own columns free."""
-    if not final.members:
-        return detect(final.state.blocks, None)
-    return detect(final.state.blocks, None, [block.columns(final.members) for block in final.state.blocks])
+    return detect(state.blocks, None, [block.columns(members) for block in state.blocks] if members else None)
 
 
 def _worst_left(left: Detection, before: State) -> Finding | None:
@@ -235,102 +244,88 @@ def _most_striking(detection: Detection) -> Finding:
 
 
 def _effects(
-    built: Built,
-    recordings: Sequence[Recording],
-    search: Search,
-    named: Named,
-    final: Optimum,
-    tell: Callable[[str], None],
+    found: Named, everything: ExactModel, final: Optimum, tell: Callable[[str], None]
 ) -> tuple[NamedEffect, ...]:
     """Members of the best set with sizes from all rows, and what could stand in place of each."""
     tell("what could stand in their place")
-    best = named.best
-    about = normal(final.state.blocks, search.library)
-    found = []
+    best, built = found.best, everything.built
+    about = normal(everything.at(final).blocks, found.library.candidates)
+    told = []
     for i, member in enumerate(best.members):
-        group = _group(search, named, about, i, tell)
-        by = separating_measurement(built, recordings, member, [c for c in group if c.name != member.name], tell)
+        group = _group(found, about, i, tell)
+        rivals = [c for c in group if c.name != member.name]
+        by = separating_measurement(built, everything.recordings, member, rivals, tell)
         without = [c for j, c in enumerate(best.members) if j != i]
-        found.append(
+        told.append(
             NamedEffect(
                 member,
                 final.coordinates(i),
                 final.covariance_of(i),
                 tuple(dict.fromkeys([member.name, *(c.name for c in group)])),
                 by,
-                best.log_evidence - _evidence_of(named, search, without),
+                best.log_evidence - _evidence_of(found, without),
             )
         )
-    return tuple(found)
+    return tuple(told)
 
 
-def _evidence_of(named: Named, search: Search, members: Sequence[Candidate]) -> float:
+def _evidence_of(found: Named, members: Sequence[Candidate]) -> float:
     """Evidence of a set, exact if it was rescored, else linear about the best."""
     if not members:
         return 0.0
     wanted = {id(m) for m in members}
-    for optimum in named.rescored:
+    for optimum in found.rescored:
         if {id(m) for m in optimum.members} == wanted:
             return optimum.log_evidence
-    places = [next(i for i, c in enumerate(search.library) if c is m) for m in members]
-    mine = linear_evidence(named.equations, named.priors, search.places(named.best))
-    return named.best.log_evidence - mine + linear_evidence(named.equations, named.priors, places)
+    best, mine = (
+        linear_evidence(found.equations, found.library.priors, found.library.places(some))
+        for some in (found.best.members, members)
+    )
+    return found.best.log_evidence - best + mine
 
 
-def _group(search: Search, named: Named, about: Normal, member: int, tell: Callable[[str], None]) -> list[Candidate]:
+def _group(found: Named, about: Normal, member: int, tell: Callable[[str], None]) -> list[Candidate]:
     """Candidates of other names that could stand in place of a member: aliases, and sets as likely when rescored."""
-    best = named.best
+    best, library = found.best, found.library
     mine = best.members[member]
-    found: dict[str, Candidate] = {}
-    place = search.places(best)[member]
-    for i, candidate in enumerate(search.library):
+    group: dict[str, Candidate] = {}
+    (place,) = library.places([mine])
+    for i, candidate in enumerate(library.candidates):
         if (
             candidate.name != mine.name
             and cosine(about, place, i) > ALIAS
-            and always_alike(search.built, mine, candidate)
+            and always_alike(found.model.built, mine, candidate)
         ):
-            found.setdefault(candidate.name, candidate)
+            group.setdefault(candidate.name, candidate)
     others = [m for j, m in enumerate(best.members) if j != member]
     tried: set[str] = set()
-    for i, _ in swaps(named, search, member):
-        candidate = search.library[i]
-        if candidate.name in found or candidate.name in tried:
+    for i, _ in swaps(found, member):
+        candidate = library.candidates[i]
+        if candidate.name in group or candidate.name in tried:
             continue
         if len(tried) < _RESCORED_SWAPS:
             # The nearest rivals are judged by the exact model, the others by the linear one.
             tried.add(candidate.name)
             tell(f"could it be {candidate.name}?")
             members = [*others, candidate]
-            optimum = search.model.optimum(members, search.start(named, members), search.prior, steps=4)
+            optimum = found.model.optimum(members, found.start(members), library.prior, steps=4)
             # Only what was fitted to the end and is worse is told apart.
             worse = optimum is not None and _fit_of(optimum) < _fit_of(best) - DISTINGUISHED
             if optimum is not None and optimum.settled and (worse or optimum.implausible):
                 continue
-        found[candidate.name] = candidate
-    return list(found.values())
+        group[candidate.name] = candidate
+    return list(group.values())
 
 
 def _fit_of(optimum: Optimum) -> float:
     """Minus half of chi² and prior of an exact optimum."""
-    return -0.5 * (optimum.state.chi2 + float(optimum.u @ optimum.u))
+    return -0.5 * (optimum.chi2 + float(optimum.u @ optimum.u))
 
 
 def _with(built: Built, effects: Sequence[NamedEffect]) -> Built:
     for one in effects:
         built = one.effect.apply(built)
     return built
-
-
-def _nearest(equations: Normal) -> tuple[tuple[str, float], ...]:
-    """What of the library comes nearest, with the share of the gap that each explains alone."""
-    best: dict[str, float] = {}
-    gap = max(equations.chi2 - equations.rows, 1e-9)
-    for i, candidate in enumerate(equations.candidates):
-        where = coordinates([i])
-        b, R = equations.b[where], equations.R[np.ix_(where, where)]
-        fall = float(b @ np.linalg.lstsq(R, b, rcond=1e-9)[0])
-        best[candidate.name] = max(best.get(candidate.name, 0.0), min(fall / gap, 1.0))
-    return tuple(sorted(best.items(), key=lambda item: -item[1])[:3])
 
 
 def _places(detection: Detection) -> tuple[Finding, ...]:

@@ -14,7 +14,7 @@ from itertools import combinations
 
 import numpy as np
 
-from cycloid_profile.arrays import FloatArray, IntArray
+from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
 from cycloid_profile.discrepancy.candidates import Candidate, places
 from cycloid_profile.discrepancy.normal import Normal, coordinates
 
@@ -72,6 +72,24 @@ def estimate(equations: Normal, members: Sequence[int]) -> tuple[FloatArray, Flo
     return covariance @ equations.b[where], covariance
 
 
+def linear_evidence(equations: Normal, priors: FloatArray, members: Sequence[int]) -> float:
+    """Evidence of a set from linearised equations."""
+    if not members:
+        return 0.0
+    where = coordinates(members)
+    u, _ = estimate(equations, members)
+    B = np.eye(where.size) + equations.R[np.ix_(where, where)]
+    return float(0.5 * u @ equations.b[where] - 0.5 * np.linalg.slogdet(B)[1] + priors[list(members)].sum())
+
+
+def with_one_more(equations: Normal, priors: FloatArray, members: Sequence[int]) -> float:
+    """The largest evidence of a set, or of it and one candidate more."""
+    others = [i for i in range(len(equations.candidates)) if i not in members]
+    sets = np.array([[*members, i] for i in others], dtype=np.intp)
+    scored = _scores(equations, priors, _of_different_names(equations, sets)) if others else []
+    return max([linear_evidence(equations, priors, members), *(s.log_evidence for s in scored)])
+
+
 def log_evidence_at(fall: float, u: FloatArray, R: FloatArray, prior: float) -> float:
     """Evidence of an exact optimum: ``fall`` of chi², coordinates ``u``, curvature ``R``."""
     _, log_det = np.linalg.slogdet(np.eye(u.size) + R)
@@ -86,21 +104,29 @@ def _unlike(equations: Normal, keep: Sequence[int]) -> IntArray:
     size = own[:, 0, 0] + own[:, 1, 1]
     visible = np.flatnonzero(size > _INVISIBLE)
     order = [*keep, *(int(i) for i in visible if i not in set(keep))]
-    chosen: list[int] = []
+    names: dict[str, list[int]] = {}
     for i in order:
-        twins = [j for j in chosen if equations.candidates[j].name == equations.candidates[i].name]
-        if not any(_alike(blocks, own, i, j) for j in twins):
-            chosen.append(i)
+        names.setdefault(equations.candidates[i].name, []).append(i)
+    chosen: list[int] = []
+    for twins in names.values():
+        alike = _alike(blocks, own, np.array(twins, dtype=np.intp))
+        kept: list[int] = []
+        for place in range(len(twins)):
+            if not np.any(alike[place, kept]):
+                kept.append(place)
+        chosen += [twins[place] for place in kept]
     return np.array(sorted(chosen), dtype=np.intp)
 
 
-def _alike(blocks: FloatArray, own: FloatArray, i: int, j: int) -> bool:
-    """Whether all that one candidate shows the other can show too, and the other way round."""
-    cross = blocks[i, :, j, :]
-    if abs(own[i].trace() - own[j].trace()) > 0.02 * own[i].trace():
-        return False
-    left = own[i] - cross @ np.linalg.pinv(own[j], rcond=1e-9) @ cross.T
-    return bool(left.trace() < 2.0 * (1.0 - ALIAS) * own[i].trace())
+def _alike(blocks: FloatArray, own: FloatArray, some: IntArray) -> BoolArray:
+    """Whether all that one of some candidates shows another can show too, and the other way round; shape (n, n)."""
+    cross = blocks[some][:, :, some].transpose(0, 2, 1, 3)
+    inverse = np.linalg.pinv(own[some], rcond=1e-9, hermitian=True)
+    size = np.trace(own[some], axis1=1, axis2=2)
+    left = size[:, np.newaxis] - np.einsum("ijcd,jde,ijce->ij", cross, inverse, cross, optimize=True)
+    as_large = np.abs(size[:, np.newaxis] - size) <= 0.02 * size[:, np.newaxis]
+    found: BoolArray = as_large & (left < 2.0 * (1.0 - ALIAS) * size[:, np.newaxis])
+    return found
 
 
 def _of_different_names(equations: Normal, sets: IntArray) -> IntArray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -24,6 +25,7 @@ _HALVINGS = 3
 _LONGEST = 1.0
 _HOPELESS = 50.0  # of chi²
 _FARTHEST = 4.0  # widths: no workshop makes that, and the equilibrium may not exist
+_RECENT = 6  # states kept: each holds the load on every pin at every row
 _ENOUGH = 0.02  # of chi²: a step that gains less is the last
 # A row without a prediction counts like one this many standard deviations off.
 _NO_ANSWER = 50.0
@@ -52,14 +54,16 @@ class State:
 class Optimum:
     """The best sizes of a set of ``members``: coordinates ``u`` in units of widths, two a member, with covariance.
 
-    ``R`` is the curvature of chi² there; ``log_evidence`` against no effect. ``settled`` if the steps ended small.
+    ``R`` is the curvature of chi² there, ``chi2`` over so many ``rows``; ``log_evidence`` against no effect.
+    ``settled`` if the steps ended small. The state behind it is ``ExactModel.at``.
     """
 
     members: tuple[Candidate, ...]
     u: FloatArray
     covariance: FloatArray
     R: FloatArray
-    state: State
+    chi2: float
+    rows: int
     log_evidence: float
     settled: bool
 
@@ -96,31 +100,61 @@ class ExactModel:
     ) -> None:
         self.built, self.recordings = built, tuple(recordings)
         self.probes = Probes(built) if probes is None else probes
+        self._recent: OrderedDict[bytes, tuple[tuple[Candidate, ...], tuple[Laid, ...]]] = OrderedDict()
         self._nothing: State | None = None
         if laid is not None:
-            self._nothing = State(built, tuple(one.under(r) for one, r in zip(laid, self.recordings, strict=True)))
+            self._nothing = self._under(built, laid)
+
+    def with_rows(self, recordings: Sequence[Recording]) -> ExactModel:
+        """The same with other rows held out; what lies already is not laid anew."""
+        twin = ExactModel(self.built, recordings, self.probes, self.nothing.laid)
+        twin._recent = self._recent
+        return twin
 
     @property
     def nothing(self) -> State:
         """The reducer as it is."""
         if self._nothing is None:
-            self._nothing = self._lay(self.built)
+            self._nothing = State(self.built, self._lay(self.built))
         return self._nothing
 
-    def state(self, members: Sequence[Candidate], u: FloatArray) -> State | None:
-        """With effects at coordinates ``u``; None where they or the reducer with them cannot be."""
+    def state(self, members: Sequence[Candidate], u: FloatArray, farthest: float = _FARTHEST) -> State | None:
+        """With effects at coordinates ``u``, none larger than ``farthest`` widths; None where that cannot be."""
+        if not members:
+            return self.nothing
+        key = np.array([id(member) for member in members]).tobytes() + u.tobytes()
+        if key in self._recent:
+            self._recent.move_to_end(key)
+        else:
+            try:
+                built = self._with(members, u, farthest)
+                if built is None:
+                    return None
+                # Members are kept too, so that their ids stay their own.
+                self._recent[key] = (tuple(members), self._lay(built))
+            except CycloidError:
+                return None
+            if len(self._recent) > _RECENT:
+                self._recent.popitem(last=False)
+        laid = self._recent[key][1]
+        return self._under(laid[0].built, laid)
+
+    def _with(self, members: Sequence[Candidate], u: FloatArray, farthest: float) -> Built | None:
         built = self.built
-        try:
-            for i, candidate in enumerate(members):
-                if float(np.hypot(u[2 * i], u[2 * i + 1])) > _FARTHEST:
-                    return None
-                effect = candidate.effect(u[2 * i : 2 * i + 2] * candidate.width)
-                if effect is None:
-                    return None
-                built = effect.apply(built)
-            return self._lay(built)
-        except CycloidError:
-            return None
+        for i, candidate in enumerate(members):
+            if float(np.hypot(u[2 * i], u[2 * i + 1])) > farthest:
+                return None
+            effect = candidate.effect(u[2 * i : 2 * i + 2] * candidate.width)
+            if effect is None:
+                return None
+            built = effect.apply(built)
+        return built
+
+    def at(self, optimum: Optimum) -> State:
+        """The state of an optimum."""
+        state = self.state(optimum.members, optimum.u)
+        assert state is not None
+        return state
 
     def optimum(
         self,
@@ -129,17 +163,18 @@ class ExactModel:
         prior: Callable[[Sequence[Candidate]], float],
         steps: int = _STEPS,
         beat: float = math.inf,
+        farthest: float = _FARTHEST,
     ) -> Optimum | None:
-        """Best sizes from ``start``, shape (2·members,); None where there is no way to begin.
+        """Best sizes from ``start``, shape (2·members,), up to ``farthest`` widths; None without a way to begin.
 
-        None too where, after two steps, not even what the linear model promises comes near ``beat``, the chi² with
+        None too where, after a step or two, not even what the linear model promises comes near ``beat``, the chi² with
         priors of a better set.
         """
         members, u = tuple(members), np.array(start, dtype=np.float64)
         for i, candidate in enumerate(members):
             if candidate.one_sided:
                 u[2 * i] = max(u[2 * i], 1e-3)
-        now = self.state(members, u)
+        now = self.state(members, u, farthest)
         if now is None:
             return None
         settled = False
@@ -155,19 +190,21 @@ class ExactModel:
                 settled = True
                 break
             promised = float((equations.b - u) @ np.linalg.solve(np.eye(u.size) + R, equations.b - u))
-            if number > 1 and now.chi2 + float(u @ u) - promised > beat + _HOPELESS:
+            # After one step the promise is less sure than after two.
+            if number > 0 and now.chi2 + float(u @ u) - (1.0 + 2.0 / number**2) * promised > beat + _HOPELESS:
                 return None
-            new = self._shorter(members, u, step, now)
+            new = self._shorter(members, u, step, now, farthest)
             if new is None:
                 break
             u, now = new
+        rows = sum(block.z.size for block in now.blocks)
         fall = self.nothing.chi2 - now.chi2
         value = log_evidence_at(fall, u, R, prior(members))
         covariance = np.asarray(np.linalg.inv(np.eye(u.size) + R), dtype=np.float64)
-        return Optimum(members, u, covariance, R, now, value, settled)
+        return Optimum(members, u, covariance, R, now.chi2, rows, value, settled)
 
     def _shorter(
-        self, members: tuple[Candidate, ...], u: FloatArray, step: FloatArray, now: State
+        self, members: tuple[Candidate, ...], u: FloatArray, step: FloatArray, now: State, farthest: float
     ) -> tuple[FloatArray, State] | None:
         """The step, halved until it gains."""
         before = now.chi2 + float(u @ u)
@@ -177,11 +214,14 @@ class ExactModel:
             for i, candidate in enumerate(members):
                 if candidate.one_sided:
                     tried[2 * i] = max(tried[2 * i], 0.1 * u[2 * i])
-            state = self.state(members, tried)
+            state = self.state(members, tried, farthest)
             if state is not None and state.chi2 + float(tried @ tried) < before:
                 return tried, state
             share *= 0.4
         return None
 
-    def _lay(self, built: Built) -> State:
-        return State(built, tuple(Laid(recording, built, self.probes) for recording in self.recordings))
+    def _lay(self, built: Built) -> tuple[Laid, ...]:
+        return tuple(Laid(recording, built, self.probes) for recording in self.recordings)
+
+    def _under(self, built: Built, laid: Sequence[Laid]) -> State:
+        return State(built, tuple(one.under(r) for one, r in zip(laid, self.recordings, strict=True)))

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from copy import copy
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from cycloid_profile.arrays import ComplexArray, FloatArray
 from cycloid_profile.discrepancy.candidates import Candidate
-from cycloid_profile.discrepancy.probes import STEP, Probes, removed
+from cycloid_profile.discrepancy.probes import Probes
 from cycloid_profile.discrepancy.recording import Recording
 from cycloid_profile.effects.built import Built
 from cycloid_profile.effects.pattern import removal_between
-from cycloid_profile.geometry.removal import NormalRemoval
 from cycloid_profile.rig.first_order import FirstOrder
 from cycloid_profile.rig.gap import COLUMN
 from cycloid_profile.rig.prediction import predict_curve
@@ -26,6 +27,7 @@ _ACCURACIES = 2.0
 # Prior widths of what the measurement cannot know, in the unit of the column.
 DATUM_ACCURACY_UM = 0.1  # origin of a scan whose datum is the bore
 _UNKNOWN = 1e6
+_NOTHING = np.zeros((1, 2))
 _DRIFT = {"hysteresis": 0.002, "transmission_error": 0.02, "lost_motion_map": 0.0005}
 
 
@@ -40,6 +42,7 @@ class Laid:
         self.recording, self.built = recording, built
         self.probes = Probes(built) if probes is None else probes
         self._columns: dict[int, tuple[Candidate, FloatArray]] = {}
+        self._weights: dict[int, csr_array] = {}
         rows, measurement = recording.rows, recording.measurement
         if recording.kind == "profile_scan":
             keep = np.zeros(measurement["x_mm"].size, dtype=bool)
@@ -55,7 +58,8 @@ class Laid:
             self.phase, self.lobe = self.placed.foot[rows], self.placed.lobe[rows]
             self.position = np.mod(self.placed.along[rows] + np.pi, self.placed.tooth.trochoid.phase_period)
         else:
-            prediction = predict_curve(built, measurement)
+            known = recording.predicted
+            prediction = known if known is not None and known.built is built else predict_curve(built, measurement)
             self.first_order = FirstOrder(prediction)
             self.residual = (measurement[COLUMN[recording.kind]] - prediction.value)[rows]
             ramp = np.linspace(-1.0, 1.0, rows.size)
@@ -73,23 +77,54 @@ class Laid:
         twin.recording = recording
         return twin
 
-    def columns(self, candidate: Candidate) -> FloatArray:
-        """What the prediction gains per unit of each coordinate, shape (rows, coordinates)."""
-        if id(candidate) not in self._columns:
-            # The candidate is kept too, so that its id stays its own.
-            self._columns[id(candidate)] = (candidate, self._fresh_columns(candidate))
-        return self._columns[id(candidate)][1]
+    def columns(self, candidates: Sequence[Candidate]) -> FloatArray:
+        """What the prediction gains per width of each coordinate, shape (rows, candidates, 2).
 
-    def _fresh_columns(self, candidate: Candidate) -> FloatArray:
-        found = []
-        for c in range(candidate.coordinates):
-            removals = self.probes.removals(candidate, c)
-            if removals is None:
-                after, step = self.probes.after(candidate, c, self.built)
-                found.append(self._change(after) / step)
+        The second is zero where a candidate has one coordinate.
+        """
+        fresh = [c for c in candidates if id(c) not in self._columns]
+        sampled = [c for c in fresh if self.probes.sampled(c)]
+        for candidate, own in zip(sampled, self._of_flanks(sampled), strict=True):
+            # The candidate is kept too, so that its id stays its own.
+            self._columns[id(candidate)] = (candidate, own)
+        for candidate in fresh:
+            if id(candidate) not in self._columns:
+                self._columns[id(candidate)] = (candidate, self._of_change(candidate))
+        found = np.zeros((self.residual.size, len(candidates), 2))
+        for i, candidate in enumerate(candidates):
+            found[:, i] = self._columns[id(candidate)][1]
+        return found
+
+    def _of_flanks(self, candidates: Sequence[Candidate]) -> list[FloatArray]:
+        """The columns of flank effects, each of shape (rows, 2), from what they remove."""
+        scan = self.recording.kind == "profile_scan"
+        found = {id(c): _NOTHING for c in candidates}
+        for j in [self.recording.disc] if scan else range(self.built.discs):
+            some = [c for c in candidates if self.probes.touches(c, j)]
+            shown = self._on_grid(j) @ self.probes.removals(some, j)
+            for i, candidate in enumerate(some):
+                found[id(candidate)] = found[id(candidate)] + shown[:, 2 * i : 2 * i + 2]
+        return [np.broadcast_to(found[id(c)], (self.residual.size, 2)) for c in candidates]
+
+    def _on_grid(self, disc: int) -> csr_array:
+        """Weights of removals on the grid of the probes, shape (rows, grid)."""
+        if disc not in self._weights:
+            if self.recording.kind == "profile_scan":
+                rows = self.residual.size
+                along = self.phase + 2.0 * np.pi * self.lobe
+                self._weights[disc] = self.probes.weights(np.arange(rows), along, np.full(rows, 1.0 / UM), rows)
             else:
-                found.append(self._removed(removals) / (STEP * candidate.width))
-        return np.stack(found, axis=1)
+                all_rows = self.first_order.prediction.value.size
+                weights = self.probes.weights(*self.first_order.flank_weights(disc), all_rows)
+                self._weights[disc] = weights[self.recording.rows]
+        return self._weights[disc]
+
+    def _of_change(self, candidate: Candidate) -> FloatArray:
+        found = np.zeros((self.residual.size, 2))
+        for c in range(candidate.coordinates):
+            after, step = self.probes.after(candidate, c, self.built)
+            found[:, c] = self._change(after) * (candidate.width / step)
+        return found
 
     def waves(self, number: float) -> ComplexArray:
         """exp(i·number·t) along the disc of a scan, shape (rows,)."""
@@ -97,12 +132,6 @@ class Laid:
         t = self.position - np.pi
         wave: ComplexArray = np.exp(1j * number * t / self.placed.tooth.trochoid.lobes)
         return wave
-
-    def _removed(self, removals: dict[int, tuple[NormalRemoval, ...]]) -> FloatArray:
-        if self.recording.kind != "profile_scan":
-            return self.first_order.removed(removals)[self.recording.rows]
-        own = removals.get(self.recording.disc, ())
-        return removed(own, self.placed.tooth, self.phase, self.lobe) / UM
 
     def _change(self, after: Built) -> FloatArray:
         if self.recording.kind != "profile_scan":

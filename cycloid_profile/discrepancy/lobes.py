@@ -14,32 +14,72 @@ import numpy as np
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.discrepancy.candidates import Candidate
-from cycloid_profile.discrepancy.evidence import log_priors, search
+from cycloid_profile.discrepancy.evidence import log_priors, with_one_more
+from cycloid_profile.discrepancy.exact import ExactModel, Optimum
 from cycloid_profile.discrepancy.laid import Laid
+from cycloid_profile.discrepancy.library import Library
 from cycloid_profile.discrepancy.normal import Normal, Whitened, normal
 from cycloid_profile.discrepancy.probes import Probes
 from cycloid_profile.discrepancy.recording import Recording
 from cycloid_profile.effects.built import Built
 
 
-def counted_alike(built: Built, laid: Sequence[Laid], library: Sequence[Candidate], probes: Probes) -> list[Laid]:
+def counted_alike(built: Built, laid: Sequence[Laid], candidates: Sequence[Candidate], probes: Probes) -> list[Laid]:
     """The recordings with the lobes of all scans counted so that they agree best with the files before them."""
-    ordered = sorted(laid, key=lambda one: one.recording.kind == "profile_scan")
-    if len(ordered) < 2 or ordered[-1].recording.kind != "profile_scan":
-        return list(laid)
-    placed: dict[int, Laid] = {}
+    equations = [normal([Whitened(one)], candidates) for one in laid] if _countable(built, laid) else []
+    counts = _counts(built, laid, equations, log_priors(candidates), [])
+    return [_counted(one, n, probes) for one, n in zip(laid, counts, strict=True)]
+
+
+def recounted(model: ExactModel, near: ExactModel, library: Library, best: Optimum) -> ExactModel:
+    """The model with its scans counted anew beside a set of effects, the model itself where the count stays.
+
+    Half a turn of an oval, on an odd number of lobes, is told from none by half a lobe only: the linear error of
+    other files may hide that. So these are linearised about ``best``, an optimum of ``near``, which may be of fewer
+    rows than ``model``.
+    """
+    laid = model.nothing.laid
+    if not _countable(model.built, laid):
+        return model
+    places = library.places(best.members)
+    equations = []
+    for whole, block in zip(model.nothing.blocks, near.at(best).blocks, strict=True):
+        if whole.laid.recording.kind == "profile_scan":
+            equations.append(normal([whole], library.candidates))
+        else:
+            equations.append(normal([block], library.candidates).about(places, best.u))
+    counts = _counts(model.built, laid, equations, library.priors, places)
+    if not any(counts):
+        return model
+    changed = [_counted(one, n, model.probes) for one, n in zip(laid, counts, strict=True)]
+    recordings = [replace(one.recording, held_out=r.held_out) for one, r in zip(changed, model.recordings, strict=True)]
+    return ExactModel(model.built, recordings, model.probes, changed)
+
+
+def _countable(built: Built, laid: Sequence[Laid]) -> bool:
+    """Whether there is a scan of lobes alike, and another file that its count must agree with."""
+    scans = [one for one in laid if one.recording.kind == "profile_scan"]
+    return len(laid) > 1 and any(built.teeth[one.recording.disc].lobes_alike for one in scans)
+
+
+def _counted(one: Laid, lobes: int, probes: Probes) -> Laid:
+    if not lobes:
+        return one
+    return Laid(counted_on(one.recording, -lobes, one.built.case.drive.trochoid.lobes), one.built, probes)
+
+
+def _counts(
+    built: Built, laid: Sequence[Laid], equations: Sequence[Normal], priors: FloatArray, members: Sequence[int]
+) -> list[int]:
+    """By how many lobes each recording counts further than those before it; scans come last."""
+    counts = [0] * len(laid)
     so_far: Normal | None = None
-    for one in ordered:
-        recording, now = one.recording, one
-        own = normal([Whitened(one)], library)
+    for i in sorted(range(len(equations)), key=lambda i: laid[i].recording.kind == "profile_scan"):
+        recording, own = laid[i].recording, equations[i]
         if so_far is not None and recording.kind == "profile_scan" and built.teeth[recording.disc].lobes_alike:
-            lobes, own = _best_count(so_far, own, built.case.drive.trochoid.lobes)
-            if lobes:
-                counted = counted_on(recording, -lobes, built.case.drive.trochoid.lobes)
-                now = Laid(counted, built, probes)
-        placed[id(one)] = now
+            counts[i], own = _best_count(so_far, own, built.case.drive.trochoid.lobes, priors, members)
         so_far = own if so_far is None else _sum(so_far, own)
-    return [placed[id(one)] for one in laid]
+    return counts
 
 
 def counted_on(recording: Recording, lobes: int, of: int) -> Recording:
@@ -50,15 +90,18 @@ def counted_on(recording: Recording, lobes: int, of: int) -> Recording:
     return replace(recording, placed=replace(recording.placed, turn=turn))
 
 
-def _best_count(others: Normal, scan: Normal, of: int) -> tuple[int, Normal]:
-    """By how many lobes the scan counts further than the other files, and its equations in their count."""
+def _best_count(
+    others: Normal, scan: Normal, of: int, priors: FloatArray, members: Sequence[int]
+) -> tuple[int, Normal]:
+    """By how many lobes the scan counts further than the other files, and its equations in their count.
+
+    Judged by the evidence of ``members`` with at most one effect more.
+    """
     best = (-math.inf, 0, scan)
-    priors = log_priors(scan.candidates)
     # Small turns first: among countings that are as good the nearest is kept.
     for lobes in sorted(range(of), key=lambda n: min(n, of - n)):
         moved = _moved(scan, lobes, of)
-        top = search(_sum(others, moved), priors, 1)
-        value = top[0].log_evidence if top else 0.0
+        value = with_one_more(_sum(others, moved), priors, members)
         if value > best[0] + 1.0:
             best = (value, lobes, moved)
     return best[1], best[2]
@@ -67,12 +110,16 @@ def _best_count(others: Normal, scan: Normal, of: int) -> tuple[int, Normal]:
 def _moved(scan: Normal, lobes: int, of: int) -> Normal:
     """The equations of a scan whose lobes count ``lobes`` further than the library's."""
     index = {(c.name, tuple(sorted(c.choice.items(), key=str))): i for i, c in enumerate(scan.candidates)}
-    P = np.zeros_like(scan.R)
+    place, turn = np.empty(len(scan.candidates), dtype=np.intp), np.empty((len(scan.candidates), 2, 2))
     for i, candidate in enumerate(scan.candidates):
         choice, angle = candidate.turned(lobes, of)
-        j = index[(candidate.name, tuple(sorted(choice.items(), key=str)))]
-        P[2 * j : 2 * j + 2, 2 * i : 2 * i + 2] = _rotation(angle)
-    return replace(scan, b=P.T @ scan.b, R=P.T @ scan.R @ P)
+        place[i] = index[(candidate.name, tuple(sorted(choice.items(), key=str)))]
+        turn[i] = _rotation(angle)
+    n = place.size
+    b = np.einsum("idc,id->ic", turn, scan.b.reshape(n, 2)[place])
+    blocks = scan.R.reshape(n, 2, n, 2).transpose(0, 2, 1, 3)[place[:, np.newaxis], place]
+    blocks = np.swapaxes(turn, 1, 2)[:, np.newaxis] @ blocks @ turn
+    return replace(scan, b=b.ravel(), R=blocks.transpose(0, 2, 1, 3).reshape(2 * n, 2 * n))
 
 
 def _rotation(angle: float) -> FloatArray:

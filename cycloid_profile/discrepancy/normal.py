@@ -31,10 +31,8 @@ class Whitened:
 
     def columns(self, candidates: Sequence[Candidate]) -> FloatArray:
         """Columns of all coordinates per width of each, two a candidate (the second zero where it has one)."""
-        found = np.zeros((self.z.size, len(candidates), 2))
-        for i, candidate in enumerate(candidates):
-            found[:, i, : candidate.coordinates] = candidate.width * self._white(self.laid.columns(candidate))
-        return found.reshape(self.z.size, 2 * len(candidates))
+        columns = self.laid.columns(candidates)
+        return self._white(columns.reshape(len(columns), -1))
 
     def white(self, values: Values) -> Values:
         """Whitened values of all rows, of the chosen rows."""

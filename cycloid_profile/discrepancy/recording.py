@@ -12,7 +12,7 @@ from cycloid_profile.effects.built import Built
 from cycloid_profile.errors import MeasurementError
 from cycloid_profile.measurement.files import Measurement
 from cycloid_profile.rig.gap import COLUMN, UNITS
-from cycloid_profile.rig.prediction import predict_curve
+from cycloid_profile.rig.prediction import CurvePrediction, predict_curve
 from cycloid_profile.rig.registration import PlacedScan, place_scan
 from cycloid_profile.units import NEWTON_METRE, UM
 
@@ -39,7 +39,7 @@ class Recording:
 
     ``rows`` of the file that are used, in the order along the disc, the angle or the loop; ``held_out``, shape of
     ``rows``, true where they are kept for the check; ``disc`` scanned, counted from 0, and where it was first
-    ``placed``; ``notes``, sentences about the data.
+    ``placed``; of a curve what was first ``predicted``; ``notes``, sentences about the data.
     """
 
     measurement: Measurement
@@ -49,6 +49,7 @@ class Recording:
     noise: Noise
     notes: tuple[str, ...] = ()
     placed: PlacedScan | None = None
+    predicted: CurvePrediction | None = None
 
     @property
     def kind(self) -> str:
@@ -144,7 +145,8 @@ def _settled_rows(torque: FloatArray, rated: float) -> BoolArray:
 
 
 def _of_curve(built: Built, measurement: Measurement) -> Recording:
-    residual = measurement[COLUMN[measurement.kind]] - predict_curve(built, measurement).value
+    predicted = predict_curve(built, measurement)
+    residual = measurement[COLUMN[measurement.kind]] - predicted.value
     rows = np.arange(residual.size)
     notes = []
     if measurement.kind == "hysteresis":
@@ -174,4 +176,4 @@ def _of_curve(built: Built, measurement: Measurement) -> Recording:
         noise = local_noise(residual[rows], rows, stated)
     else:
         noise = spectral_noise(residual[rows], stated)
-    return Recording(measurement, 0, rows, block % _HELD_OUT == 2, noise, tuple(notes))
+    return Recording(measurement, 0, rows, block % _HELD_OUT == 2, noise, tuple(notes), predicted=predicted)

@@ -10,10 +10,13 @@ from cycloid_profile.discrepancy.noise import Noise
 from cycloid_profile.discrepancy.recording import Recording
 
 
-def thinned(recording: Recording, rows: int) -> Recording:
-    """About ``rows`` of the rows to fit, evenly taken; a loop needs its path and is left whole, a scan costs little."""
+def thinned(recording: Recording, rows: int, share: float = 0.0) -> Recording:
+    """About ``rows`` of the rows to fit, or a ``share`` of them where that is more, evenly taken.
+
+    A loop needs its path and is left whole, a scan costs little.
+    """
     fit = recording.rows[~recording.held_out]
-    step = fit.size // rows
+    step = int(fit.size / max(rows, share * fit.size))
     if recording.kind in {"hysteresis", "profile_scan"} or step < 2:
         return recording
     # An odd step never falls on the same side of a pair.
@@ -25,4 +28,5 @@ def thinned(recording: Recording, rows: int) -> Recording:
         rows=np.arange(chosen.size),
         held_out=np.zeros(chosen.size, dtype=bool),
         noise=Noise(recording.noise.sigma, recording.noise.rho ** (step | 1)),
+        predicted=None,
     )

@@ -42,7 +42,15 @@ def told(diagnosis: Diagnosis, name: str) -> dict[str, Any]:
         ],
         "where": [_place(finding) for finding in diagnosis.where],
         "remainder": None if diagnosis.remainder is None else _place(diagnosis.remainder),
-        "nearest": [{"name": n, "share_explained": _number(share)} for n, share in diagnosis.nearest],
+        "nearest": [
+            {
+                "name": one.name,
+                "share_explained": _number(one.share),
+                "parameters": rounded(one.parameters),
+                "why_not": one.why,
+            }
+            for one in diagnosis.nearest
+        ],
         "not_seen": [
             {"name": n, "smallest_detectable": smallest(size, parameter)}
             for n, (size, parameter) in diagnosis.not_seen.items()

@@ -39,7 +39,7 @@ def diagnosis_report(
         effects=[_effect(one) for one in diagnosis.effects],
         places=[place_in_words(finding, diagnosis) for finding in diagnosis.where],
         remainder=None if diagnosis.remainder is None else place_in_words(diagnosis.remainder, diagnosis),
-        nearest=[(in_words(n), f"{100.0 * share:.0f} %") for n, share in diagnosis.nearest],
+        nearest=[(in_words(one.name), f"{100.0 * one.share:.0f} %", one.why) for one in diagnosis.nearest],
         sure=_sure(diagnosis),
         gaps=[_gap(gap) for gap in diagnosis.gaps],
         not_seen=[_not_seen(n, size, parameter) for n, (size, parameter) in diagnosis.not_seen.items()],

@@ -6,8 +6,8 @@ Gaps, bearing fits, stiffnesses and plays all act like small changes of a gap or
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,11 +17,20 @@ from cycloid_profile.contact.support import support_model
 from cycloid_profile.effects.built import Built
 from cycloid_profile.effects.pattern import removal_between
 from cycloid_profile.geometry.profile import ToothProfile
-from cycloid_profile.geometry.removal import NormalRemoval, flank_side
 from cycloid_profile.measurement.files import Measurement
 from cycloid_profile.rig.hysteresis import stage_torque
 from cycloid_profile.rig.prediction import CurvePrediction, Term, torque_before
 from cycloid_profile.units import NEWTON_METRE
+
+
+class FlankWeights(NamedTuple):
+    """Loaded pins of one disc in all poses: ``row`` of the pose, phase ``along`` the disc where the pin presses [rad],
+    and ``weight``, what the row gains per removal there; all of one shape.
+    """
+
+    row: IntArray
+    along: FloatArray
+    weight: FloatArray
 
 
 class FirstOrder:
@@ -36,10 +45,15 @@ class FirstOrder:
         changed = sum(answer.term.weight * answer.rotation(after) for answer in self._terms)
         return np.asarray(changed) / self.prediction.unit
 
-    def removed(self, removals: Mapping[int, Sequence[NormalRemoval]]) -> FloatArray:
-        """The same for small ``removals`` added to the teeth of some discs, counted from 0."""
-        changed = sum(answer.term.weight * answer.removed(removals) for answer in self._terms)
-        return np.asarray(changed) / self.prediction.unit
+    def flank_weights(self, disc: int) -> FlankWeights:
+        """What the column gains by a small removal at each place of a disc, counted from 0, that a pin presses on."""
+        terms = [answer.flank_weights(disc) for answer in self._terms]
+        scale = [answer.term.weight / self.prediction.unit for answer in self._terms]
+        return FlankWeights(
+            row=np.concatenate([one.row for one in terms]),
+            along=np.concatenate([one.along for one in terms]),
+            weight=np.concatenate([k * one.weight for k, one in zip(scale, terms, strict=True)]),
+        )
 
 
 class _TermAnswer:
@@ -96,29 +110,15 @@ class _TermAnswer:
             turned += ((after.encoder - before.encoder) * np.exp(-1j * self.term.output_angle)).real
         return turned + self._of_friction(after)
 
-    def removed(self, removals: Mapping[int, Sequence[NormalRemoval]]) -> FloatArray:
-        """Angle read gains by removals on some discs [rad]."""
-        turned = np.zeros(self.term.sharing.torque.size)
-        for j, some in removals.items():
-            _, weight, psi, lobe = self.loaded[j]
-            along, side = psi + 2.0 * np.pi * lobe, flank_side(psi)
-            trochoid = self.built.teeth[j].trochoid
-            for one in some:
-                turned += self._gathered(j, weight * one.jet(along, side, trochoid).value)
-        return turned
-
-    def _gathered(self, j: int, answers: FloatArray) -> FloatArray:
-        """Answers of the loaded pins of a disc, summed over each pose."""
-        some = self.loaded[j][0]
-        return np.asarray(np.bincount(self._poses[j], weights=answers, minlength=some.shape[0]), dtype=np.float64)
-
-    @cached_property
-    def _poses(self) -> list[IntArray]:
-        return [np.nonzero(some)[0] for some, _, _, _ in self.loaded]
+    def flank_weights(self, disc: int) -> FlankWeights:
+        """Angle read gains per removal at each loaded pin [rad/mm]."""
+        some, weight, psi, lobe = self.loaded[disc]
+        return FlankWeights(np.nonzero(some)[0], psi + 2.0 * np.pi * lobe, weight)
 
     def _of_tooth(self, j: int, old: ToothProfile, new: ToothProfile) -> FloatArray:
-        _, weight, psi, lobe = self.loaded[j]
-        return self._gathered(j, weight * removal_between(old, new, psi, lobe))
+        some, weight, psi, lobe = self.loaded[j]
+        opened = weight * removal_between(old, new, psi, lobe)
+        return np.asarray(np.bincount(np.nonzero(some)[0], opened, some.shape[0]), dtype=np.float64)
 
     def _misfit(self, built: Built) -> FloatArray:
         stage = self.term.sharing.stage

@@ -1,0 +1,157 @@
+"""From one set of effects to the best within reach: rescored on the exact model, sought anew about each optimum.
+
+Linear evidence explains its own error with one effect more, so the search starts anew about each optimum of the exact
+model until the best set stays the best.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from cycloid_profile.arrays import FloatArray
+from cycloid_profile.discrepancy.evidence import estimate, linear_evidence, search
+from cycloid_profile.discrepancy.exact import ExactModel, Optimum
+from cycloid_profile.discrepancy.library import Library
+from cycloid_profile.discrepancy.normal import Normal, normal
+
+_FINALISTS = 4
+_LINEAR_ERROR = 0.01  # of the evidence
+_FEW_VARIANTS = 12
+_SWAPPED = 2  # rivals for each member
+_MORE_THAN_NOISE = 3.0  # standard deviations of chi², that of the noise counted
+_CLOSE = 8.0
+_BETTER = 0.05
+LEAST_CONTRIBUTION = 1.0  # times the accuracy of the simulation
+
+Start = tuple[list[int], FloatArray]
+Found = dict[tuple[int, ...], Optimum]
+
+
+class Climb:
+    """A climb on one ``model``. ``found`` holds the sets rescored so far by their numbers in the library, and grows.
+
+    At most ``rescorings`` sets are rescored: a search that leaves something must come to an end.
+    """
+
+    def __init__(
+        self,
+        model: ExactModel,
+        library: Library,
+        rescorings: int,
+        tell: Callable[[str], None],
+        found: Found | None = None,
+    ) -> None:
+        self.model, self.library, self.tell = model, library, tell
+        self.found: Found = {} if found is None else found
+        self._rescorings_left = rescorings
+
+    @property
+    def ranked(self) -> list[Optimum]:
+        """All sets rescored, best first."""
+        return sorted(self.found.values(), key=lambda o: -o.log_evidence)
+
+    def up(self, starts: Sequence[Start], rounds: int) -> Optimum:
+        """The best set within reach of the best of ``starts``."""
+        best = self._rescored(starts, nothing(self.model))
+        for number in range(rounds):
+            self.tell(f"search about the best set so far, round {number + 1}")
+            equations = about(self.model, self.library, best)
+            places = self.library.places(best.members)
+            proposals = search(equations, self.library.priors, keep=places)
+            if not proposals:
+                break
+            # What linear evidence may be wrong by grows with it.
+            short = leaves_something(best)
+            reach = max(_CLOSE, _LINEAR_ERROR * proposals[0].log_evidence) if short else _CLOSE
+            close = [s.members for s in proposals[:400] if s.log_evidence > proposals[0].log_evidence - reach]
+            challenger = self._rescored(self._new(equations, self._unlike_names(close))[:_FINALISTS], best)
+            if short and not challenger.log_evidence > best.log_evidence + _BETTER:
+                challenger = self._rescored(self._new(equations, self._neighbours(equations, places)), best)
+            if not challenger.log_evidence > best.log_evidence + _BETTER:
+                break
+            best = challenger
+        return best
+
+    def _rescored(self, starts: Sequence[Start], best: Optimum) -> Optimum:
+        """The best of sets fitted on the exact model, and of what was the best before."""
+        for members, u in starts:
+            key = tuple(sorted(members))
+            if key not in self.found:
+                if self._rescorings_left <= 0:
+                    break
+                self._rescorings_left -= 1
+                beat = best.chi2 + float(best.u @ best.u) if best.members else np.inf
+                candidates = [self.library.candidates[i] for i in members]
+                optimum = self.model.optimum(candidates, u, self.library.prior, beat=beat)
+                if optimum is None or optimum.implausible:
+                    continue
+                self.found[key] = optimum
+            if self.found[key].log_evidence > best.log_evidence:
+                best = self.found[key]
+        return best
+
+    def _new(self, equations: Normal, sets: Sequence[tuple[int, ...]]) -> list[Start]:
+        """Where to begin with sets that were not rescored yet, all members contributing."""
+        new = [members for members in sets if members and tuple(sorted(members)) not in self.found]
+        starts = [(list(members), estimate(equations, members)[0]) for members in new]
+        return [start for start in starts if all_contribute(equations, *start)]
+
+    def _unlike_names(self, sets: Sequence[tuple[int, ...]]) -> list[tuple[int, ...]]:
+        """The first of the sets of each combination of names."""
+        first: dict[tuple[str, ...], tuple[int, ...]] = {}
+        for members in sets:
+            first.setdefault(tuple(sorted(self.library.candidates[i].name for i in members)), members)
+        return list(first.values())
+
+    def _neighbours(self, equations: Normal, places: list[int]) -> list[tuple[int, ...]]:
+        """Sets with one member less, and with one member swapped for the candidates that fit best in its place."""
+        candidates = self.library.candidates
+        shown = [i for i in range(len(candidates)) if equations.R[2 * i, 2 * i] > 1e-2]
+        sets = [tuple(p for p in places if p != place) for place in places]
+        for place in places:
+            # The same effect on another crank or disc looks much alike to first order.
+            same = [i for i, c in enumerate(candidates) if c.name == candidates[place].name and i != place]
+            if len(same) < _FEW_VARIANTS:
+                sets += [(*(p for p in places if p != place), i) for i in same if i in shown]
+        for place in places:
+            others = [p for p in places if p != place]
+            taken = {candidates[p].name for p in others}
+            scores = [
+                (linear_evidence(equations, self.library.priors, [*others, i]), i)
+                for i in shown
+                if i not in places and candidates[i].name not in taken
+            ]
+            sets += [(*others, i) for _, i in sorted(scores, reverse=True)[:_SWAPPED]]
+        return sets
+
+
+def nothing(model: ExactModel) -> Optimum:
+    """No effect at all."""
+    none = np.zeros(0)
+    state = model.nothing
+    rows = sum(block.z.size for block in state.blocks)
+    return Optimum((), none, np.zeros((0, 0)), np.zeros((0, 0)), state.chi2, rows, 0.0, True)
+
+
+def about(model: ExactModel, library: Library, optimum: Optimum) -> Normal:
+    """Equations of the library linearised about an optimum, told from zero."""
+    equations = normal(model.at(optimum).blocks, library.candidates)
+    return equations.about(library.places(optimum.members), optimum.u)
+
+
+def leaves_something(optimum: Optimum) -> bool:
+    """Whether chi² says that more than noise is left."""
+    return optimum.chi2 - optimum.rows > _MORE_THAN_NOISE * float(np.sqrt(8.0 * optimum.rows))
+
+
+def contributes(model: ExactModel, optimum: Optimum) -> bool:
+    """Whether every member of an optimum explains more than the simulation may err by."""
+    equations = normal(model.at(optimum).blocks, optimum.members)
+    return all_contribute(equations, list(range(len(optimum.members))), optimum.u)
+
+
+def all_contribute(equations: Normal, members: list[int], u: FloatArray) -> bool:
+    """The same of a set of linear equations at coordinates ``u``."""
+    return all(equations.contribution(members, u, i) >= LEAST_CONTRIBUTION for i in range(len(members)))

@@ -1,0 +1,40 @@
+"""The hypotheses of a search with how likely each is beforehand."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from cycloid_profile.arrays import FloatArray
+from cycloid_profile.discrepancy.candidates import Candidate
+from cycloid_profile.discrepancy.evidence import log_priors
+
+
+@dataclass(frozen=True, eq=False)
+class Library:
+    """``candidates``; chatter among them could have any of so many ``frequencies``."""
+
+    candidates: tuple[Candidate, ...]
+    frequencies: int
+
+    @cached_property
+    def priors(self) -> FloatArray:
+        """ln of how likely each is, shape (candidates,)."""
+        return log_priors(self.candidates, frequencies=self.frequencies)
+
+    def with_more(self, more: Sequence[Candidate]) -> Library:
+        """The same with further candidates behind; the numbers of the others stay."""
+        return Library((*self.candidates, *more), self.frequencies)
+
+    def places(self, members: Sequence[Candidate]) -> list[int]:
+        """Numbers of some of the candidates."""
+        return [self._numbers[id(member)] for member in members]
+
+    def prior(self, members: Sequence[Candidate]) -> float:
+        """Sum of the log priors."""
+        return float(sum(self.priors[self.places(members)]))
+
+    @cached_property
+    def _numbers(self) -> dict[int, int]:
+        return {id(candidate): i for i, candidate in enumerate(self.candidates)}

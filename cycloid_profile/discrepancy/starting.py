@@ -1,0 +1,96 @@
+"""Where a search begins: single effects that lead on few rows of the exact model."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from cycloid_profile.arrays import FloatArray
+from cycloid_profile.discrepancy.climbing import Start
+from cycloid_profile.discrepancy.evidence import estimate, search
+from cycloid_profile.discrepancy.exact import ExactModel, Optimum
+from cycloid_profile.discrepancy.library import Library
+from cycloid_profile.discrepancy.normal import Normal, Whitened
+from cycloid_profile.effects.effect import Place
+
+_STARTS = 8
+_LEADING = 3
+_KEPT = 2
+_LINEAR = 0.995  # share of the gap that linear effects explain, above which none of second order is sought
+_SECOND_ORDER = 3
+_TRIED = 0.5  # of the width of a coordinate
+
+
+def leading_singles(
+    coarse: ExactModel, library: Library, equations: Normal, gain: float, tell: Callable[[str], None]
+) -> list[Optimum]:
+    """Single effects of the leading names, fitted on a model of few rows, best first.
+
+    ``equations`` of all rows, whose best set gains ``gain`` in chi².
+    """
+    singles: dict[str, Start] = {}
+    for scored in search(equations, library.priors, 1):
+        name = library.candidates[scored.members[0]].name
+        if name not in singles and scored.log_evidence > 0.0:
+            singles[name] = (list(scored.members), estimate(equations, scored.members)[0])
+    starts = list(singles.values())[:_STARTS]
+    if gain < _LINEAR * (equations.chi2 - equations.rows):
+        starts += _second_order(coarse, library, gain / max(equations.rows, 1))
+    optima: list[tuple[list[int], Optimum]] = []
+    # A look at all, then the leading ones to the end.
+    for steps, some in ((2, len(starts)), (4, _LEADING)):
+        tell(f"single effects on the exact model, {min(some, len(starts))} of {len(starts)}")
+        optima = []
+        for members, u in starts[:some]:
+            optimum = coarse.optimum([library.candidates[i] for i in members], u, library.prior, steps=steps)
+            if optimum is not None and not optimum.implausible:
+                optima.append((members, optimum))
+        optima.sort(key=lambda o: -o[1].log_evidence)
+        starts = [(members, optimum.u) for members, optimum in optima]
+    return [optimum for _, optimum in optima[:_KEPT] if optimum.log_evidence > 0.0]
+
+
+def _second_order(coarse: ExactModel, library: Library, gain_per_row: float) -> list[Start]:
+    """Starts for what all discs or pins share: it cancels to first order, the rest turns with twice its angle."""
+    if not any(r.kind in {"transmission_error", "lost_motion_map"} for r in coarse.recordings):
+        return []
+    found = []
+    before = coarse.nothing
+    least = 0.2 * gain_per_row * sum(block.z.size for block in before.blocks)
+    for i, candidate in enumerate(library.candidates):
+        alike = candidate.kind.place is Place.RING or candidate.choice.get("disc", 0) is None
+        if candidate.angle is None or not alike or candidate.kind.place is Place.SENSOR:
+            continue
+        shown = []
+        for angle in np.deg2rad([0.0, 90.0, 45.0, 135.0]):
+            state = coarse.state([candidate], _TRIED * np.array([np.cos(angle), np.sin(angle)]))
+            if state is None:
+                break
+            shown.append(
+                np.concatenate([a.residual - b.residual for a, b in zip(before.laid, state.laid, strict=True)])
+            )
+        if len(shown) < 4:
+            continue
+        even, first, second = 0.25 * sum(shown), 0.5 * (shown[0] - shown[1]), 0.5 * (shown[2] - shown[3])
+        drop, y = _fall(before.blocks, np.stack([first, second, even], axis=1))
+        if drop < least:
+            continue
+        size = _TRIED * min(max(float(np.hypot(y[0], y[1])), 0.05) ** 0.7, 4.0)
+        angle = 0.5 * float(np.arctan2(y[1], y[0]))
+        found.append((drop, [i], size * np.array([np.cos(angle), np.sin(angle)])))
+    found.sort(key=lambda f: -f[0])
+    return [(members, u) for _, members, u in found[:_SECOND_ORDER]]
+
+
+def _fall(blocks: Sequence[Whitened], columns: FloatArray) -> tuple[float, FloatArray]:
+    """Fall of chi² by free amounts of ``columns`` over all rows of all recordings, and the amounts."""
+    b, R, at = np.zeros(columns.shape[1]), np.zeros((columns.shape[1],) * 2), 0
+    for block in blocks:
+        rows = block.laid.residual.size
+        G = block.white(np.nan_to_num(columns[at : at + rows]))
+        at += rows
+        b += block.product(G, block.z)
+        R += block.product(G, G)
+    amounts = np.asarray(np.linalg.lstsq(R, b, rcond=1e-9)[0], dtype=np.float64)
+    return float(amounts @ b), amounts
