@@ -15,7 +15,7 @@ from cycloid_profile.export.post import Block, rounded
 from cycloid_profile.geometry.contour import Arc, Contour
 
 _STRAIGHT = 1e-4  # 1/mm; flatter arcs are written as lines while they stay within the sagitta allowed
-_TANGENT = 1e-9  # rad; a smaller turn between neighbours is rounding
+_TANGENT = 1e-6  # rad; a smaller turn between neighbours moves a joint by less than is printed
 _STEPS = 20
 
 

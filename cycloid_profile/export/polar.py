@@ -26,7 +26,7 @@ _FEWEST, _GROWTH, _MOST = 4, 1.03, 20_000
 _CHECKS = (0.2, 0.35, 0.5, 0.65, 0.8)
 _NEWTON_STEPS = 30
 _OVERLAP = 1e-9  # mm, of rounding
-_TANGENT = 1e-9  # rad; flanks that meet with a smaller turn are smooth
+_TANGENT = 1e-6  # rad; flanks that meet with a smaller turn are smooth: it is worth some 1e-11 mm
 # Nodes and weights of Gauss's rule on [0, 1], for lengths between two steps.
 _GAUSS = ((0.5 - math.sqrt(0.15), 5 / 18), (0.5, 4 / 9), (0.5 + math.sqrt(0.15), 5 / 18))
 

@@ -1,0 +1,217 @@
+"""The same contour, polar and wire programs on four controls, run by interpreters that share no code with the writer.
+
+The exact curve is the textbook formula. All four are run at 1 µm, which keeps the programs short, one of them at
+0.05 µm; to this half a unit of the last decimals adds.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+from dialects import Step, along, run, seconds
+from independent import ExactCurve
+
+from cycloid_profile.design.record import DesignRecord
+from cycloid_profile.errors import ExportError
+from cycloid_profile.export.gcode import GcodeExporter
+from cycloid_profile.export.gcode_path import PATH_COLUMNS, GcodePathExporter
+from cycloid_profile.export.polar_program import PolarExporter
+from cycloid_profile.export.wire import WireExporter
+
+DIALECTS = ("linuxcnc", "fanuc", "siemens", "heidenhain")
+COARSE, FINE = 1.0, 0.05  # µm
+ROUNDED = 1.5e-5  # mm, five decimals of ends and centres
+SHARES = (np.arange(3) + 0.5) / 3
+# Each control at a coarse tolerance, one at a fine one.
+RUNS = [*((dialect, COARSE) for dialect in DIALECTS), pytest.param("linuxcnc", FINE, marks=pytest.mark.slow)]
+# Wire programs are made of the blocks that the contour has, with stops between them.
+FEW_RUNS = [RUNS[0], RUNS[3], *(pytest.param(*run, marks=pytest.mark.slow) for run in RUNS[1:3]), RUNS[4]]
+
+
+@pytest.fixture(scope="module")
+def exact(rv40e_record: DesignRecord) -> ExactCurve:
+    assert rv40e_record.compensation is not None
+    return ExactCurve(equidistant=0.006, delta_max=rv40e_record.compensation.delta_max)
+
+
+def asked(record: DesignRecord, **keys: Any) -> DesignRecord:
+    """The same design with other keys under ``[export]``."""
+    export = msgspec.structs.replace(record.spec.export, **keys)
+    return replace(record, spec=msgspec.structs.replace(record.spec, export=export))
+
+
+def off(exact: ExactCurve, z: np.ndarray, every: int = 1) -> np.ndarray:
+    """Distance from the exact tooth, of every so many points [mm]."""
+    chosen = z[::every]
+    return exact.distance(np.stack([chosen.real, chosen.imag], axis=-1))
+
+
+def contour_of(steps: list[Step]) -> list[Step]:
+    """Without the rapid move, and the line and arc of lead-in and lead-out."""
+    assert [step.code for step in steps[:2]] == [0, 1]
+    assert steps[-1].code == 1
+    return steps[3:-2]
+
+
+@pytest.mark.parametrize(("dialect", "tolerance_um"), RUNS)
+def test_contour_follows_the_tooth_on_every_control(
+    rv40e_record: DesignRecord, exact: ExactCurve, tmp_path: Path, dialect: str, tolerance_um: float
+) -> None:
+    record = asked(rv40e_record, nc_dialect=dialect, chord_tolerance_um=tolerance_um)
+    (written,) = GcodeExporter().write(record, tmp_path)
+    steps = run((tmp_path / "grinding.nc").read_text(encoding="ascii"), dialect)
+    contour = contour_of(steps)
+    z = np.concatenate([along(step, SHARES) for step in contour])
+    assert np.max(off(exact, z, 7)) <= 1e-3 * tolerance_um + ROUNDED
+    assert written.deviation is not None
+    assert written.deviation.largest <= 1e-3 * tolerance_um + ROUNDED
+    turned = np.unwrap(np.angle(z))
+    assert turned[-1] - turned[0] == pytest.approx(-2.0 * math.pi, abs=1e-2)
+    assert contour[0].start == contour[-1].end
+    assert {step.side for step in steps} == {""}
+    assert {step.feed for step in steps[1:]} == {200.0}
+
+
+@pytest.mark.parametrize(("compensation", "side", "turn"), [("G41", "left", -1.0), ("G42", "right", 1.0)])
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_compensated_contour_keeps_the_wheel_outside(
+    rv40e_record: DesignRecord, tmp_path: Path, dialect: str, compensation: str, side: str, turn: float
+) -> None:
+    record = asked(
+        rv40e_record,
+        nc_dialect=dialect,
+        wheel_compensation=compensation,
+        wheel_radius_mm=2.5,
+        chord_tolerance_um=COARSE,
+    )
+    GcodeExporter().write(record, tmp_path)
+    steps = run((tmp_path / "grinding.nc").read_text(encoding="ascii"), dialect)
+    # Set off on the first straight move, which is longer than the wheel, taken off on the last.
+    assert [step.side for step in steps] == ["", *(len(steps) - 2) * [side], ""]
+    assert abs(steps[1].end - steps[1].start) >= 2.5
+    contour = contour_of(steps)
+    z = np.concatenate([along(step, SHARES) for step in contour])
+    assert np.sign(np.unwrap(np.angle(z))[-1] - np.angle(z[0])) == turn
+    # The disc is on the other side than the wheel, all the way; in the leads the wheel is outside the tips.
+    tip = np.max(np.abs(z))
+    for step in (steps[1], steps[2], *contour[::50], steps[-2]):
+        here, ahead = along(step, np.array([0.5, 0.501]))
+        wheel = here + (1j if side == "left" else -1j) * 2.5 * (ahead - here) / abs(ahead - here)
+        assert abs(wheel) > (abs(here) if step in contour else tip + 2.5 - 1e-4)
+    # The lead-in goes round a circle that the wheel goes into.
+    assert abs(steps[2].start - steps[2].centre) > 2.5
+
+
+def test_a_wheel_larger_than_the_least_concave_radius_is_refused(rv40e_record: DesignRecord, tmp_path: Path) -> None:
+    # 3.0714 mm is the published least concave radius; 6 µm of equidistant modification add to it.
+    for exporter, keys in ((GcodeExporter(), {"wheel_compensation": "G41"}), (PolarExporter(), {})):
+        with pytest.raises(
+            ExportError, match=r"wheel_radius_mm = 3\.1 is not below the least concave radius"
+        ) as caught:
+            exporter.write(asked(rv40e_record, wheel_radius_mm=3.1, **keys), tmp_path)  # type: ignore[attr-defined]
+        assert "3.077" in str(caught.value)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_contour_table_holds_arcs_normals_and_curvature(
+    rv40e_record: DesignRecord, exact: ExactCurve, tmp_path: Path
+) -> None:
+    GcodePathExporter().write(rv40e_record, tmp_path)
+    head, *rows = (tmp_path / "grinding_path.csv").read_text(encoding="ascii").splitlines()
+    assert tuple(head.split(",")) == PATH_COLUMNS
+    t = dict(zip(PATH_COLUMNS, np.array([row.split(",") for row in rows], float).T, strict=True))
+    start, end = t["x0_mm"] + 1j * t["y0_mm"], t["x1_mm"] + 1j * t["y1_mm"]
+    assert np.max(np.abs(start[1:] - end[:-1])) == 0.0
+    centre = t["centre_x_mm"] + 1j * t["centre_y_mm"]
+    n0, n1 = t["nx0"] + 1j * t["ny0"], t["nx1"] + 1j * t["ny1"]
+    assert np.all((np.conj(start) * n0).real > 0.0)
+    # Radial from the centre: outwards on a convex arc, inwards on a concave one.
+    arcs = t["turn"] != 0.0
+    for z, n in ((start, n0), (end, n1)):
+        radial = (z - centre)[arcs] / t["radius_mm"][arcs]
+        assert np.max(np.abs(radial + np.sign(t["curvature_per_mm"][arcs]) * n[arcs])) < 1e-6
+    swept = np.angle(n1 / n0)
+    assert t["length_mm"][arcs] == pytest.approx(np.abs(swept[arcs]) * t["radius_mm"][arcs], rel=1e-4)
+    assert np.max(off(exact, start)) <= 1e-3 * FINE
+
+
+@pytest.mark.parametrize(("dialect", "tolerance_um"), RUNS)
+def test_polar_program_is_tangent_and_closes(
+    rv40e_record: DesignRecord, exact: ExactCurve, tmp_path: Path, dialect: str, tolerance_um: float
+) -> None:
+    record = asked(rv40e_record, nc_dialect=dialect, wheel_radius_mm=2.5, chord_tolerance_um=tolerance_um)
+    PolarExporter().write(record, tmp_path)
+    steps = run((tmp_path / "grinding_polar.nc").read_text(encoding="ascii"), dialect)
+    turning = [step for step in steps if step.c != step.c_start and step.code == 1]
+    turns = 4 + 2  # 20 µm of stock at 5 µm a turn, and two of spark-out
+    count = len(turning) // turns
+    assert len(turning) == turns * count
+    last = turning[-count:]
+    c, x = np.array([step.c_start for step in last]), np.array([step.start.real for step in last])
+    assert np.all(np.diff(c) > 0.0)
+    assert last[-1].c - last[0].c_start == pytest.approx(360.0, abs=1e-9)
+    assert last[-1].end.real == pytest.approx(last[0].start.real, abs=1e-9)
+    assert last[0].c_start == pytest.approx(180.0 / 39 + 360.0 * (turns - 1), abs=1e-5)
+    # The envelope: the wheel's centre is one radius from the exact tooth, all along the steps.
+    for share in (0.0, 0.25, 0.5, 0.75):
+        at_c = np.radians(c + share * np.array([step.c - step.c_start for step in last]))
+        at_x = x + share * np.array([step.end.real - step.start.real for step in last])
+        wheel = off(exact, at_x * np.exp(-1j * at_c), 17)
+        assert np.max(np.abs(wheel - 2.5)) <= 1e-3 * tolerance_um + 6e-6
+    # Infeeds of 5 µm from 15 µm away; the last three turns go the same way.
+    starts = [turning[k * count].start.real - last[0].start.real for k in range(turns)]
+    assert starts == pytest.approx([0.015, 0.010, 0.005, 0.0, 0.0, 0.0], abs=1e-9)
+    # At 200 mm/min along the flank no limit binds: a step takes as long as its way along the tooth.
+    time = np.array([seconds(step, dialect) for step in last])
+    table = np.loadtxt(tmp_path / "grinding_polar_path.csv", delimiter=",", skiprows=1)
+    flank = table[:, 4] + 1j * table[:, 5]
+    # Apart from the steps that pass over a groove at root or tip, where the contact jumps.
+    from_corner = np.abs((table[:, 3] + 0.5 * math.pi) % math.pi - 0.5 * math.pi)
+    smooth = np.minimum(from_corner[:-1], from_corner[1:]) > 0.05
+    # Chords fall short of arcs by the square of their bending, and five decimals of a step are worth 1e-4 of it.
+    speed = 60.0 * np.abs(np.diff(flank))[smooth] / time[smooth]
+    assert speed == pytest.approx(200.0, rel=2e-3)
+
+
+@pytest.mark.parametrize(("dialect", "tolerance_um"), FEW_RUNS)
+def test_wire_goes_round_everything_one_offset_away(
+    rv40e_record: DesignRecord, exact: ExactCurve, tmp_path: Path, dialect: str, tolerance_um: float
+) -> None:
+    within = 1e-3 * tolerance_um + ROUNDED
+    record = asked(rv40e_record, nc_dialect=dialect, chord_tolerance_um=tolerance_um)
+    (written,) = WireExporter().write(record, tmp_path)
+    text = (tmp_path / "wire_edm.nc").read_text(encoding="ascii")
+    steps = run(text, dialect)
+    assert written.entities["contours"] == sum(step.code == 0 for step in steps) == 5
+    assert text.count("THREAD THE WIRE") == text.count("CUT THE WIRE") == 5
+    begins = [k for k, step in enumerate(steps) if step.code == 0]
+    *openings, teeth = [steps[a:b] for a, b in itertools.pairwise([*begins, len(steps)])]
+    # Bore and crank holes from their centres, at 0.18, 0.15 and 0.14 mm from the edge.
+    crank_holes = [(36.0 * complex(np.exp(2j * np.pi * k / 3)), 13.0) for k in range(3)]
+    for moves, (centre, radius) in zip(openings, [(0j, 16.0), *crank_holes], strict=True):
+        assert abs(moves[0].end - centre) < ROUNDED
+        gaps = np.array([radius - np.abs(along(step, SHARES) - centre) for step in moves if step.code in (2, 3)])
+        assert np.unique(np.round(gaps, 4)).tolist() == [0.14, 0.15, 0.18]
+        assert np.max(np.abs(gaps - np.round(gaps, 2))) < 2e-5
+    # From the start hole outside, to the teeth, round them, and away.
+    assert abs(teeth[0].end) == pytest.approx(np.max(np.hypot(*exact.points.T)) + 3.0, abs=1e-3)
+    z = np.concatenate([along(step, SHARES) for step in teeth[2:-1]])
+    beside, angle = off(exact, z, 5), np.angle(z[::5])
+    # Nothing is nearer to the tooth than the finishing cut, and each cut goes all the way round.
+    assert np.min(beside) >= 0.14 - within
+    for offset in (0.14, 0.15, 0.18):
+        there = np.sort(angle[np.abs(beside - offset) <= within])
+        assert np.max(np.diff(np.append(there, there[0] + 2.0 * np.pi))) < 0.04
+
+
+def test_wire_refuses_stock_that_does_not_fall(rv40e_record: DesignRecord, tmp_path: Path) -> None:
+    wire = msgspec.structs.replace(rv40e_record.spec.export.wire, skim_stock_um=(10.0, 20.0))
+    with pytest.raises(ExportError, match="skim_stock_um"):
+        WireExporter().write(asked(rv40e_record, wire=wire), tmp_path)
