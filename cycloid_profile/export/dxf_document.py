@@ -101,17 +101,17 @@ def layer_counts(doc: Any) -> dict[str, int]:
     return {layer.name: found.count(layer.name) for layer in LAYERS if layer.name in found}
 
 
-def draw_contour(space: Any, contour: Contour, layer: str = "HOLES") -> None:
-    """Lines, arcs and circles of an opening."""
+def draw_contour(space: Any, contour: Contour, layer: str = "HOLES", shift: complex = 0j) -> None:
+    """Lines, arcs and circles of an opening, moved by ``shift`` [mm]."""
     on_layer = {"dxfattribs": {"layer": layer}}
     for segment in contour.segments:
         if isinstance(segment, Line):
-            space.add_line(xy(segment.start), xy(segment.end), **on_layer)
+            space.add_line(xy(segment.start + shift), xy(segment.end + shift), **on_layer)
         elif segment.whole:
-            space.add_circle(xy(segment.centre), segment.radius, **on_layer)
+            space.add_circle(xy(segment.centre + shift), segment.radius, **on_layer)
         else:
             low, high = sorted((math.degrees(segment.from_angle), math.degrees(segment.to_angle)))
-            space.add_arc(xy(segment.centre), segment.radius, low, high, **on_layer)
+            space.add_arc(xy(segment.centre + shift), segment.radius, low, high, **on_layer)
 
 
 def draw_reference(space: Any, record: DesignRecord, promise: str) -> None:

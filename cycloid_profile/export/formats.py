@@ -9,6 +9,7 @@ from cycloid_profile.design.record import DesignRecord
 from cycloid_profile.errors import ExportError
 from cycloid_profile.export.assembly import StepAssemblyExporter
 from cycloid_profile.export.dmis import DmisExporter
+from cycloid_profile.export.drawing import DrawingExporter
 from cycloid_profile.export.dxf import DxfExporter
 from cycloid_profile.export.dxf_arcs import ArcDxfExporter
 from cycloid_profile.export.gcode import GcodeExporter
@@ -27,6 +28,7 @@ EXPORTERS: tuple[Exporter, ...] = (
     ProfileCsvExporter(),
     DxfExporter(),
     ArcDxfExporter(),
+    DrawingExporter(),
     StepExporter(),
     StepAssemblyExporter(),
     MeshExporter("3mf", "disc.3mf"),
@@ -39,8 +41,6 @@ EXPORTERS: tuple[Exporter, ...] = (
     DmisExporter(),
     VdaExporter(),
 )
-# Formats whose writers turn one lobe round the disc.
-_ONE_LOBE = ("step",)
 
 
 def exporter_for(name: str) -> Exporter:
@@ -60,17 +60,8 @@ def write_formats(
     Raises
     ------
     ExportError
-        If a file, read back, does not keep its promise, or lobes differ and the format has one for all.
+        If a file, read back, does not keep its promise.
     """
-    one_lobe = [name for name in formats if name in _ONE_LOBE]
-    if one_lobe and not record.profile.lobes_alike:
-        raise ExportError(
-            "tooth profile",
-            "with lobes that differ",
-            f"is not what the format {one_lobe[0]} is written of, which is one lobe turned round the disc",
-            "export csv, dxf, gcode or cmm, or the profile without what makes its lobes differ",
-            " ",
-        )
     written: list[WrittenFile] = []
     skipped: dict[str, str] = {}
     for name in dict.fromkeys(formats):

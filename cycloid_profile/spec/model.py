@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 
 from cycloid_profile.spec.cad import PrintSpec, StepSpec
 from cycloid_profile.spec.disc import DiscSpec as DiscSpec
+from cycloid_profile.spec.drawing import DrawingSpec
 from cycloid_profile.spec.machining import (
     Compensation,
     Dialect,
@@ -32,6 +33,7 @@ Format = Literal[
     "csv",
     "dxf",
     "dxf-arcs",
+    "drawing",
     "step",
     "step-assembly",
     "3mf",
@@ -249,6 +251,7 @@ class ExportSpec(Table, frozen=True):
     grinding: GrindingSpec = GrindingSpec()
     wire: WireSpec = WireSpec()
     inspection: InspectionSpec = InspectionSpec()
+    drawing: DrawingSpec = DrawingSpec()
     step: StepSpec = StepSpec()
     print: PrintSpec = PrintSpec()
 
@@ -262,6 +265,13 @@ class LimitsSpec(Table, frozen=True):
 
     backlash_arcmin: (
         Annotated[float, _key("Backlash, crank locked, largest over a turn [arc minutes].", "give a limit", **_LIMIT)]
+        | None
+    ) = None
+    least_backlash_arcmin: (
+        Annotated[
+            float,
+            _key("Least backlash over a turn, 0 so that none binds [arc minutes].", "give a limit", ge=-1e6, le=1e6),
+        ]
         | None
     ) = None
     lost_motion_arcmin: (

@@ -1,0 +1,179 @@
+"""Front view and section of the disc, with its dimensions. Root 1 stands at the top of the sheet."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cycloid_profile.design.record import DesignRecord
+from cycloid_profile.export.drawing_sheet import Sheet, polar
+from cycloid_profile.export.drawing_symbols import datum, runout_frames, section_mark
+from cycloid_profile.export.dxf import add_spline
+from cycloid_profile.export.spline import SplinePiece
+from cycloid_profile.geometry.contour import Arc, Contour
+from cycloid_profile.spec.drawing import DrawingSpec
+from cycloid_profile.units import UM
+
+_UPRIGHT = 0.5 * math.pi
+_CHORDS = 1e-3  # mm, of openings where they are cut
+_LEADER_STEP = 17.0
+_DIMENSION_STEP = 8.0
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where the views stand: centre of the front view, its radius and the left face of the section [mm of paper]."""
+
+    centre: complex
+    radius: float
+    section_left: float
+
+
+def draw_front(sheet: Sheet, record: DesignRecord, fields: DrawingSpec, curve: SplinePiece, place: Place) -> None:
+    """The disc seen along its axis: tooth, openings, pitch circle, centre lines, leaders to the openings."""
+    centre, outline = place.centre, record.outline
+    moved = curve.control_points * 1j + complex(*sheet.at(centre))
+    add_spline(sheet.space, replace(curve, control_points=moved))
+    for contour in _upright(outline.contours):
+        sheet.contour(contour, centre)
+    sheet.circle(centre, record.drive.trochoid.longest_lever / sheet.unit, "PITCH")
+    reach = place.radius + 4.0
+    sheet.line(centre - reach, centre + reach, "CENTRE")
+    sheet.line(centre - 1j * reach, centre + 1j * reach, "CENTRE")
+    groups = _groups(_upright(outline.contours))
+    for circle_radius in sorted({group.circle_radius for group in groups}):
+        sheet.circle(centre, circle_radius / sheet.unit, "CENTRE")
+    for group in groups:
+        for hole in group.circles:
+            out = hole.centre / abs(hole.centre) * (hole.radius + 2.0 * sheet.unit)
+            sheet.line(centre + (hole.centre - out) / sheet.unit, centre + (hole.centre + out) / sheet.unit, "CENTRE")
+    _leaders(sheet, record, fields, place, groups)
+    section_mark(sheet, centre + 1j * (place.radius + 5.0), 1j)
+    section_mark(sheet, centre - 1j * (place.radius + 5.0), -1j)
+
+
+@dataclass(frozen=True, slots=True)
+class _Group:
+    """Equal round holes on one circle."""
+
+    circles: tuple[Arc, ...]
+    circle_radius: float
+
+
+def _upright(contours: tuple[Contour, ...]) -> tuple[Contour, ...]:
+    return tuple(contour.turned(_UPRIGHT, contour.name) for contour in contours)
+
+
+def _groups(contours: tuple[Contour, ...]) -> list[_Group]:
+    off_centre = [c.circle for c in contours if c.circle is not None and abs(c.circle.centre) > _CHORDS]
+
+    def kind(arc: Arc) -> tuple[float, float]:
+        return round(abs(arc.centre), 6), round(arc.radius, 6)
+
+    return [
+        _Group(tuple(found), circle_radius)
+        for (circle_radius, _), found in itertools.groupby(sorted(off_centre, key=kind), kind)
+    ]
+
+
+def _leaders(sheet: Sheet, record: DesignRecord, fields: DrawingSpec, place: Place, groups: list[_Group]) -> None:
+    """Leaders on the left, one below the other in the order of where they point."""
+    unit, centre, disc = sheet.unit, place.centre, record.spec.disc
+    notes: list[tuple[complex, list[str]]] = []
+    for group in groups:
+        hole = min(group.circles, key=lambda arc: (round(arc.centre.real, 6), -arc.centre.imag))
+        fit = "" if fields.hole_fit is None else f" {fields.hole_fit}"
+        lines = [f"{len(group.circles)} × φ{2.0 * hole.radius:.6g}{fit}", f"on φ{2.0 * group.circle_radius:.6g}"]
+        if fields.hole_position_um is not None:
+            lines.append(f"position φ{fields.hole_position_um * UM:g} A")
+        notes.append((centre + (hole.centre + hole.radius * polar(1.0, 160.0)) / unit, lines))
+    if disc.windows is not None:
+        w = disc.windows
+        windows = [contour for contour in _upright(record.outline.contours) if contour.name.startswith("window")]
+        edges = [complex(p) for window in windows for p in window.points(_CHORDS)]
+        lines = [f"{w.count} × window {w.span_deg:g}°", f"R{w.inner_radius_mm:g} to R{w.outer_radius_mm:g}"]
+        notes.append((centre + min(edges, key=lambda p: p.real) / unit, lines))
+    if disc.keyway is not None:
+        key = disc.keyway
+        at = polar(key.depth_mm + _bore_radius(record), key.first_at_deg + 90.0)
+        fit = "" if fields.keyway_fit is None else f" {fields.keyway_fit}"
+        many = "" if key.count == 1 else f"{key.count} × "
+        deep = _bore_radius(record) + key.depth_mm
+        lines = [f"{many}keyway {key.width_mm:g}{fit}", f"{deep:.6g} from axis"]
+        notes.append((centre + at / unit, lines))
+    pitch = record.drive.trochoid.longest_lever
+    notes.append((centre + polar(pitch / unit, 205.0), [f"φ{2.0 * pitch:.6g}", "pitch circle"]))
+    notes.sort(key=lambda note: -note[0].imag)
+    top = centre.imag + 0.5 * _LEADER_STEP * (len(notes) - 1)
+    for i, (tip, lines) in enumerate(notes):
+        knee = complex(centre.real - place.radius - 7.0, top - _LEADER_STEP * i)
+        sheet.leader(tip, knee, lines, to_left=True)
+
+
+def _bore_radius(record: DesignRecord) -> float:
+    """Radius of the bore's circle [mm], 0 without a bore."""
+    bore = [contour for contour in record.outline.contours if contour.name == "bore"]
+    arcs = [s for contour in bore for s in contour.segments if isinstance(s, Arc) and s.centre == 0j]
+    return arcs[0].radius if arcs else 0.0
+
+
+def draw_section(sheet: Sheet, record: DesignRecord, fields: DrawingSpec, place: Place) -> None:
+    """Section along the upright axis; teeth are not hatched, and are shown to their tips (ISO 2203)."""
+    unit, outline = sheet.unit, record.outline
+    left, axis = place.section_left, place.centre.imag
+    width = record.drive.disc_width / unit
+    root, tip = outline.root_radius / unit, outline.tip_radius / unit
+    sheet.box(complex(left, axis - tip), complex(width, 2.0 * tip), "PROFILE")
+    edges = sorted([-root, *(y / unit for y in _crossings(outline.contours)), root])
+    for low, high in itertools.pairwise(edges):
+        if (edges.index(low) % 2) == 0:
+            _hatched(sheet, complex(left, axis + low), complex(width, high - low))
+    for y in edges:
+        sheet.line(complex(left, axis + y), complex(left + width, axis + y), "PROFILE")
+    pitch = record.drive.trochoid.longest_lever / unit
+    for y, layer in ((0.0, "CENTRE"), (pitch, "PITCH"), (-pitch, "PITCH")):
+        sheet.line(complex(left - 3.0, axis + y), complex(left + width + 3.0, axis + y), layer)
+    sheet.text(complex(left + 0.5 * width, axis + tip + 17.0), "A–A", 3.5, "CENTER")
+    _section_dimensions(sheet, record, fields, complex(left, axis), width)
+    below = complex(left, axis - tip)
+    runout_frames(sheet, below, fields)
+
+
+def _section_dimensions(sheet: Sheet, record: DesignRecord, fields: DrawingSpec, corner: complex, width: float) -> None:
+    unit, outline = sheet.unit, record.outline
+    right = corner + width
+    bore = _bore_radius(record)
+    fit = "" if fields.bore_fit is None else f" {fields.bore_fit}"
+    sizes = [(bore, f"φ<>{fit}"), (outline.root_radius, "φ<> root"), (outline.tip_radius, "φ<> tip")]
+    for i, (radius, text) in enumerate((radius, text) for radius, text in sizes if radius > 0.0):
+        at = right + _DIMENSION_STEP * (i + 1) + 1.0
+        half = 1j * radius / unit
+        sheet.dimension(right - half, right + half, at, 90.0, text)
+        if radius == bore:
+            datum(sheet, at - half, "A")
+    tolerance = fields.width_tolerance_um
+    text = "<>" if tolerance is None else f"<> ±{tolerance * UM:g}"
+    top = corner + 1j * outline.tip_radius / unit
+    sheet.dimension(top, top + width, top + 9.0j, 0.0, text)
+
+
+def _crossings(contours: tuple[Contour, ...]) -> list[float]:
+    """Where the edges of the openings cross the upright axis, from its foot up [mm]."""
+    found: list[float] = []
+    for contour in contours:
+        points = contour.turned(_UPRIGHT, contour.name).points(_CHORDS)
+        following = np.roll(points, -1)
+        across = (points.real < 0.0) != (following.real < 0.0)
+        a, b = points[across], following[across]
+        found += (a.imag - a.real * (b.imag - a.imag) / (b.real - a.real)).tolist()
+    return found
+
+
+def _hatched(sheet: Sheet, corner: complex, size: complex) -> None:
+    hatch = sheet.space.add_hatch(dxfattribs={"layer": "HATCH"})
+    hatch.set_pattern_fill("ANSI31", scale=0.8 * sheet.unit)
+    w, h = size.real, 1j * size.imag
+    hatch.paths.add_polyline_path([sheet.at(p) for p in (corner, corner + w, corner + w + h, corner + h)])
