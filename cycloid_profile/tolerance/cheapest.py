@@ -10,7 +10,7 @@ import numpy as np
 
 from cycloid_profile.arrays import FloatArray, IntArray
 from cycloid_profile.tolerance.draws import Draws
-from cycloid_profile.tolerance.limits import Limit, WorstMargin
+from cycloid_profile.tolerance.limits import NO_ANSWER, Limit, WorstMargin
 from cycloid_profile.tolerance.quantities import Answers
 from cycloid_profile.tolerance.scatter import Cost, Tolerances
 from cycloid_profile.tolerance.smooth_quantile import SmoothQuantile
@@ -107,7 +107,9 @@ class Sample:
         for i in range(len(u)):
             moved = u.copy()
             moved[i] += np.log1p(_STEP)
-            found[i] = quantile.weights @ (self.worst(moved, rows) - worst[rows]) / _STEP
+            other = self.worst(moved, rows)
+            answered = (other != NO_ANSWER) & (worst[rows] != NO_ANSWER)
+            found[i] = quantile.weights @ np.where(answered, other - worst[rows], 0.0) / _STEP
         return found
 
 

@@ -30,6 +30,7 @@ class Limit:
         return f"{self.quantity} {' and '.join(ends)}"
 
 
+NO_ANSWER = 10.0  # worst margin of a reducer without an answer
 # An upper limit, or a lower and an upper one, None for neither.
 Ends = float | tuple[float | None, float | None]
 
@@ -93,12 +94,11 @@ class WorstMargin:
     def of(self, values: FloatArray) -> FloatArray:
         """Worst margin of each reducer, negative where all limits are kept, shape (reducers,).
 
-        A reducer without an answer is a little worse than the worst that has one.
+        A reducer without an answer has ``NO_ANSWER``: beyond, and no nearer or farther for any change.
         """
         beyond = [limit.beyond(values[:, self.names.index(limit.quantity)]) for limit in self.limits]
         worst: FloatArray = np.max(np.array(beyond) / self.scale[:, np.newaxis], axis=0)
-        answered = np.isfinite(worst)
-        return np.where(answered, worst, max(1.0, 1.0 + float(np.max(worst, initial=0.0, where=answered))))
+        return np.where(np.isfinite(worst), worst, NO_ANSWER)
 
 
 def _spread(values: FloatArray) -> float:
