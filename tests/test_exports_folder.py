@@ -18,7 +18,7 @@ from cycloid_profile.cli.main import run
 ROOT = Path(__file__).parents[1]
 COMMITTED = ROOT / "exports" / "rv40e"
 LIBRARIES = (
-    "numpy", "scipy", "shapely", "ezdxf", "build123d", "cadquery-ocp-novtk", "matplotlib", "pillow", "jinja2",
+    "numpy", "scipy", "shapely", "ezdxf", "cadquery-ocp-novtk", "matplotlib", "pillow", "jinja2",
 )  # fmt: skip
 
 

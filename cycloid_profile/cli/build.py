@@ -27,6 +27,7 @@ def build(
     from cycloid_profile.cli.figures import accuracy_rows, as_built_rows, closing_words, load_rows, stage_rows
     from cycloid_profile.design.record import design_disc
     from cycloid_profile.design.summary import summary
+    from cycloid_profile.export.formats import exporter_for
     from cycloid_profile.report.build import REPORT, build_package
     from cycloid_profile.spec.read import read_spec
 
@@ -38,8 +39,8 @@ def build(
         record = design_disc(wanted)
         skipped = build_package(record, folder, tell)
     figures = summary(record) | {"out": str(folder), "skipped": skipped}
-    for reason in skipped.values():
-        warn(f"disc.step was not written: {reason}")
+    for name, reason in skipped.items():
+        warn(f"{', '.join(exporter_for(name).filenames)} not written: {reason}")
     if json:
         print_json(figures)
     else:

@@ -54,7 +54,7 @@ def tooth_chords(mesh: Mesh) -> ComplexArray:
         while (corner := following.pop(ring[-1], None)) is not None:
             ring.append(corner)
         rings.append(ring)
-    z = mesh.corners[:, 0] + 1j * mesh.corners[:, 1]
+    z: ComplexArray = mesh.corners[:, 0] + 1j * mesh.corners[:, 1]
     outer = z[max(rings, key=lambda ring: float(np.max(np.abs(z[ring]))))]
     share = np.linspace(0.0, 1.0, _POINTS_PER_CHORD)
     chords: ComplexArray = outer[:-1, np.newaxis] + np.diff(outer)[:, np.newaxis] * share

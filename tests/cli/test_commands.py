@@ -336,11 +336,11 @@ def test_export_writes_the_formats_asked_for(tmp_path: Path, capsys: pytest.Capt
 def test_without_the_cad_kernel_everything_but_step_is_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setitem(sys.modules, "build123d", None)
+    monkeypatch.setitem(sys.modules, "OCP", None)
     assert run(["build", str(RV40E), "--out", str(tmp_path), "--json"]) == 0
     out, err = capsys.readouterr()
-    assert "pip install build123d" in json.loads(out)["skipped"]["step"]
-    assert "disc.step was not written" in err
+    assert "pip install cadquery-ocp-novtk" in json.loads(out)["skipped"]["step"]
+    assert "disc.step not written" in err
     manifest = json.loads((tmp_path / "manifest.json").read_text(encoding="utf-8"))
     assert [entry["format"] for entry in manifest["skipped"]] == ["step"]
     assert (tmp_path / "profile.dxf").is_file()
@@ -351,8 +351,9 @@ def test_a_missing_system_library_is_named_with_its_remedy(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     fault = "libGL.so.1: cannot open shared object file: No such file or directory"
-    (tmp_path / "build123d.py").write_text(f"raise ImportError({fault!r})\n", encoding="utf-8")
-    monkeypatch.delitem(sys.modules, "build123d", raising=False)
+    (tmp_path / "OCP.py").write_text(f"raise ImportError({fault!r})\n", encoding="utf-8")
+    for name in [name for name in sys.modules if name.split(".")[0] == "OCP"]:
+        monkeypatch.delitem(sys.modules, name)
     monkeypatch.syspath_prepend(tmp_path)
     assert run(["export", str(RV40E), "--format", "step", "--out", str(tmp_path / "out")]) == 1
     assert "apt install libgl1" in capsys.readouterr().err
@@ -409,7 +410,7 @@ def test_help_and_import_leave_the_heavy_libraries_alone() -> None:
         "import sys, cycloid_profile\n"
         "from cycloid_profile.cli.main import run\n"
         "assert run(['--help']) == 0\n"
-        "heavy = {'OCP', 'build123d', 'ezdxf', 'matplotlib', 'scipy', 'shapely', 'jinja2'} & set(sys.modules)\n"
+        "heavy = {'OCP', 'lib3mf', 'ezdxf', 'matplotlib', 'scipy', 'shapely', 'jinja2'} & set(sys.modules)\n"
         "assert not heavy, heavy\n"
     )
     subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT, stdout=subprocess.DEVNULL)

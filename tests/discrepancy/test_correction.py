@@ -38,7 +38,7 @@ from cycloid_profile.discrepancy.remainder import LABEL, Residual, smooth_remain
 from cycloid_profile.effects.built import Built, as_drawn
 from cycloid_profile.effects.effect import Effect
 from cycloid_profile.effects.registry import EFFECTS, build, effect, table
-from cycloid_profile.errors import ExportError, GeometryError, MeasurementError
+from cycloid_profile.errors import GeometryError, MeasurementError
 from cycloid_profile.export.deviation import distances
 from cycloid_profile.export.disc_path import DiscPath
 from cycloid_profile.export.formats import exporter_for, write_formats
@@ -307,18 +307,22 @@ def test_files_of_differing_lobes_keep_their_promise(number: int, tmp_path: Path
     assert abs(arcs.ends[2]) > 0.999 * np.max(np.abs(nc))
 
 
-def test_one_lobe_formats_refuse_differing_lobes(rv40e_record: DesignRecord, tmp_path: Path) -> None:
+@pytest.mark.slow
+def test_step_holds_every_lobe_as_it_is(rv40e_record: DesignRecord, tmp_path: Path) -> None:
+    pytest.importorskip("OCP", reason="the CAD kernel is not installed")
+    along = np.arange(0.0, 2.0 * math.pi * LOBES, 0.25)
     program = opposite(rv40e_record.profile, replace(rv40e_record.profile, removals=(
-        *rv40e_record.profile.removals, NormalDeviation(np.arange(0.0, 240.0, 1.0), np.zeros(240), LOBES),
+        *rv40e_record.profile.removals, NormalDeviation(along, 2.0 * UM * np.sin(along / LOBES), LOBES),
     )))  # fmt: skip
     record_of_disc = replace(rv40e_record, profile=program)
-    for name in ("dxf", "step"):
-        with pytest.raises(ExportError, match=f"the format {name} is written of"):
-            write_formats(record_of_disc, ("csv", name), tmp_path)
-    assert not list(tmp_path.iterdir())
-    written, skipped = write_formats(record_of_disc, ("cmm",), tmp_path)
-    assert [file.name for file in written] == ["cmm_nominal.csv"]
+    assert not program.lobes_alike
+    (step,), skipped = write_formats(record_of_disc, ("step",), tmp_path)
     assert not skipped
+    assert step.entities["tooth_edges"] == 2 * LOBES
+    assert step.deviation is not None
+    # Against the drawing it is off by the whole removal.
+    assert step.deviation.largest <= 0.05 * UM
+    assert shape_of(rv40e_record.profile, program).largest == pytest.approx(2.0 * UM, rel=0.01)
 
 
 def test_files_of_lobes_alike_are_as_they_were(rv40e_record: DesignRecord, tmp_path: Path) -> None:

@@ -1,0 +1,187 @@
+"""STEP read back: by its text, by scipy, by steputils and by FreeCAD, against the textbook formula of the tooth.
+
+The kernel that writes the files reads them back in the writer; nothing here relies on that but the test of its
+volume integral. The promise is 0.05 µm.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import shutil
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from independent import ExactCurve, area_inside, read_step_splines, sample_spline
+
+from cycloid_profile.design.record import DesignRecord
+from cycloid_profile.export.step import StepExporter
+from cycloid_profile.export.written import WrittenFile
+from cycloid_profile.spec.cad import StepSpec
+
+pytest.importorskip("OCP", reason="the CAD kernel is not installed")
+
+TOLERANCE = 5e-5
+CHORDS = 3e-9  # of the polyline that stands for the exact curve
+
+
+@pytest.fixture(scope="module")
+def exact(rv40e_record: DesignRecord) -> ExactCurve:
+    assert rv40e_record.compensation is not None
+    return ExactCurve(equidistant=0.006, delta_max=rv40e_record.compensation.delta_max)
+
+
+@pytest.fixture(scope="module")
+def disc(rv40e_record: DesignRecord, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, WrittenFile]:
+    folder = tmp_path_factory.mktemp("step")
+    (written,) = StepExporter().write(rv40e_record, folder)
+    return folder / "disc.step", written
+
+
+def with_step(record: DesignRecord, step: StepSpec) -> DesignRecord:
+    export = _replaced(record.spec.export, step=step)
+    return replace(record, spec=_replaced(record.spec, export=export))
+
+
+def _replaced(table: Any, **changes: Any) -> Any:
+    import msgspec
+
+    return msgspec.structs.replace(table, **changes)
+
+
+def foot(path: Path) -> list[tuple[int, np.ndarray, np.ndarray]]:
+    """Splines of the tooth at z = 0: degree, knots, control points x y."""
+    return [(d, k, c[:, :2]) for d, k, c in read_step_splines(path) if np.all(c[:, 2] == 0.0)]
+
+
+def test_tooth_is_within_tolerance_by_its_text(exact: ExactCurve, disc: tuple[Path, WrittenFile]) -> None:
+    path, written = disc
+    splines = foot(path)
+    points = np.concatenate([sample_spline(*spline, 10) for spline in splines])
+    off = exact.distance(points)
+    assert np.max(off) <= TOLERANCE
+    assert {d for d, _, _ in splines} == {5}
+    assert len({tuple(c[0]) for _, _, c in splines}) == 78
+    assert written.entities == {"solids": 1, "faces": 78 + 4 + 2, "tooth_edges": 78, "holes": 4}
+    assert path.stat().st_size <= 1_000_000
+    # What the writer states of itself is what is found here, one way and the other.
+    assert written.deviation is not None
+    assert written.deviation.largest == pytest.approx(np.max(off), rel=0.1)
+    assert written.deviation.from_curve == pytest.approx(np.max(off), rel=0.1)
+
+
+def test_solid_encloses_the_area_of_the_tooth(exact: ExactCurve, disc: tuple[Path, WrittenFile]) -> None:
+    from OCP.BRepGProp import BRepGProp
+    from OCP.GProp import GProp_GProps
+
+    from cycloid_profile.export.step_read import read_shape
+
+    teeth = area_inside(exact.at(np.linspace(0.0, 2.0 * math.pi * 39, 39 * 20_000, endpoint=False)))
+    # A boundary off by 0.05 µm all round would change the area by 0.02 mm², 2e-6 of it.
+    ends = {}
+    for spline in foot(disc[0]):
+        points = sample_spline(*spline, 60)
+        ends[float(np.arctan2(*points.mean(axis=0)[::-1]))] = points
+    ring = np.concatenate([ends[angle] for angle in sorted(ends, reverse=True)])
+    assert area_inside(ring) == pytest.approx(teeth, rel=3e-6)
+    # The kernel's own volume integral is good to some 1e-5 on spline edges; a lost hole would show as 5 %.
+    found = GProp_GProps()
+    BRepGProp.VolumeProperties_s(read_shape(disc[0]), found)
+    volume = (teeth - math.pi * (16.0**2 + 3 * 13.0**2)) * 11.5
+    assert found.Mass() == pytest.approx(volume, rel=1e-4)
+
+
+def test_equal_input_gives_equal_bytes(
+    rv40e_record: DesignRecord, disc: tuple[Path, WrittenFile], tmp_path: Path
+) -> None:
+    StepExporter().write(rv40e_record, tmp_path)
+    assert (tmp_path / "disc.step").read_bytes() == disc[0].read_bytes()
+    assert "'2000-01-01T00:00:00'" in disc[0].read_text(encoding="ascii")
+
+
+def test_cubics_and_the_newer_protocol_are_to_be_had(
+    rv40e_record: DesignRecord, exact: ExactCurve, tmp_path: Path
+) -> None:
+    (written,) = StepExporter().write(with_step(rv40e_record, StepSpec(schema="AP242", degree=3)), tmp_path)
+    splines = foot(tmp_path / "disc.step")
+    assert {d for d, _, _ in splines} == {3}
+    assert np.max(exact.distance(np.concatenate([sample_spline(*spline, 6) for spline in splines]))) <= TOLERANCE
+    assert written.deviation is not None
+    text = (tmp_path / "disc.step").read_text(encoding="ascii")
+    assert "AP242_MANAGED_MODEL_BASED_3D_ENGINEERING_MIM_LF" in text
+    assert len(text) <= 1_000_000
+
+
+@pytest.mark.slow
+def test_steputils_counts_units_names_and_materials(disc: tuple[Path, WrittenFile], exact: ExactCurve) -> None:
+    p21 = pytest.importorskip("steputils.p21", reason="steputils is not installed")
+    file = p21.readfile(str(disc[0]))
+    assert file.header["FILE_SCHEMA"].params[0][0].startswith("AUTOMOTIVE_DESIGN")
+    instances = list(file.data[0].instances.values())
+    simple = [one for one in instances if p21.is_simple_entity_instance(one)]
+    named: dict[str, list[Any]] = {}
+    for one in simple:
+        named.setdefault(one.entity.name, []).append(one.entity.params)
+    # Every flank edge twice, bottom and top, and once more as what its face is swept along.
+    assert len(named["B_SPLINE_CURVE_WITH_KNOTS"]) == 3 * 78
+    assert len(named["SURFACE_OF_LINEAR_EXTRUSION"]) == 78
+    assert len(named["CYLINDRICAL_SURFACE"]) == 4
+    assert len(named["PLANE"]) == 2
+    assert len(named["ADVANCED_FACE"]) == 84
+    assert len(named["MANIFOLD_SOLID_BREP"]) == len(named["CLOSED_SHELL"]) == 1
+    # No curve on a surface, none trimmed from another, no fitted polyline.
+    assert not {"PCURVE", "SURFACE_CURVE", "SEAM_CURVE", "TRIMMED_CURVE", "POLYLINE", "COMPOSITE_CURVE"} & set(named)
+    assert named["PRODUCT"][0][0] == "RV-40E"
+    assert named["DESCRIPTIVE_REPRESENTATION_ITEM"][0][0] == "steel"
+    assert [round(float(part), 3) for part in named["COLOUR_RGB"][0][1:]] == [0.7, 0.75, 0.8]
+    units = [{e.name: e.params for e in one.entities} for one in instances if not p21.is_simple_entity_instance(one)]
+    lengths = [unit["SI_UNIT"] for unit in units if "LENGTH_UNIT" in unit]
+    assert [[str(word).strip(".") for word in unit] for unit in lengths] == [["MILLI", "METRE"]]
+    # Every spline of the file evaluated by scipy, from the entities that steputils has parsed.
+    by_ref = {str(one.ref): one.entity.params for one in simple}
+    for params in named["B_SPLINE_CURVE_WITH_KNOTS"]:
+        control = np.array([by_ref[str(ref)][1] for ref in params[2]], float)
+        knots = np.repeat(np.array(params[7], float), np.array(params[6], int))
+        assert params[1] == 5
+        assert np.ptp(control[:, 2]) == 0.0
+        assert np.max(exact.distance(sample_spline(5, knots, control[:, :2], 4))) <= TOLERANCE
+
+
+FREECAD = """
+import json, os, sys
+import Part
+shape = Part.Shape()
+shape.read(os.environ["STEP_FILE"])
+rows = []
+for edge in shape.Edges:
+    if edge.Curve.TypeId == "Part::GeomBSplineCurve":
+        a, b = edge.ParameterRange
+        points = [edge.valueAt(a + (b - a) * (i + 0.5) / 200) for i in range(200)]
+        rows += [[p.x, p.y] for p in points]
+found = dict(valid=shape.isValid(), solids=len(shape.Solids), faces=len(shape.Faces), volume=shape.Volume, points=rows)
+with open(os.environ["STEP_FOUND"], "w") as file:
+    json.dump(found, file)
+os._exit(0)
+"""
+
+
+@pytest.mark.slow
+def test_freecad_reads_the_same_disc(disc: tuple[Path, WrittenFile], exact: ExactCurve, tmp_path: Path) -> None:
+    command = shutil.which("freecadcmd") or shutil.which("FreeCADCmd")
+    if command is None:
+        pytest.skip("FreeCAD is not installed")
+    (tmp_path / "read.py").write_text(FREECAD, encoding="utf-8")
+    words = {"STEP_FILE": str(disc[0]), "STEP_FOUND": str(tmp_path / "found.json"), "HOME": str(tmp_path)}
+    import os
+
+    subprocess.run([command, str(tmp_path / "read.py")], env=os.environ | words, check=False, timeout=120,
+                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)  # fmt: skip
+    found = json.loads((tmp_path / "found.json").read_text(encoding="utf-8"))
+    assert (found["valid"], found["solids"], found["faces"]) == (True, 1, 84)
+    assert np.max(exact.distance(np.array(found["points"]))) <= TOLERANCE
+    teeth = area_inside(exact.at(np.linspace(0.0, 2.0 * math.pi * 39, 39 * 20_000, endpoint=False)))
+    assert found["volume"] == pytest.approx((teeth - math.pi * (16.0**2 + 3 * 13.0**2)) * 11.5, rel=1e-4)
