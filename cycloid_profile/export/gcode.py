@@ -16,7 +16,7 @@ from cycloid_profile.export.disc_path import Ground
 from cycloid_profile.export.post import DECIMALS, POSTS, Block, render, rounded
 from cycloid_profile.export.refine import FIT_SHARE
 from cycloid_profile.export.text import plain_name
-from cycloid_profile.export.wheel import wheel_radius
+from cycloid_profile.export.wheel import overlap_at_grooves, wheel_radius
 from cycloid_profile.export.written import WrittenFile
 from cycloid_profile.units import UM
 
@@ -114,12 +114,15 @@ def _head(record: Ground, tolerance: float, radius: float) -> list[Block]:
     wheel = "PATH IS THE TOOTH CURVE ITSELF: NO WHEEL RADIUS IS ALLOWED FOR"
     if radius:
         wheel = f"PATH IS THE TOOTH CURVE: {compensation} SETS OFF THE WHEEL, RADIUS {radius:.4f} MM"
+    overlap = overlap_at_grooves(record.profile, radius) if radius else 0.0
+    corners = f"CONTROLS THAT DO NOT CUT CORNERS BACK MAY CUT IN BY {overlap / UM:.3f} MICROMETRE BESIDE GROOVES"
     way = "ANTICLOCKWISE" if compensation == "G42" else "CLOCKWISE"
     return [
         Block("begin", _PROGRAM),
         *comments(
             f"PROFILE OF {plain_name(record.spec.name).upper()}",
             wheel,
+            *([corners] if overlap > 0.0 else []),
             f"X Y IN MM FROM THE BORE AXIS, TOOTH ROOT 1 ON THE X AXIS, {way}",
         ),
         *lobes_note(record),

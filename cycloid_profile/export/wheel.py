@@ -80,6 +80,27 @@ def groove_left(profile: ToothProfile, centre: ComplexArray, radius: float) -> f
     return max(0.0, float(np.max(away)) - radius)
 
 
+def overlap_at_grooves(profile: ToothProfile, radius: float) -> float:
+    """How far the wheel would cut in if it followed each flank to its very end at a groove [mm].
+
+    A control that does not cut its own offset path back at corners of a milliradian does so: with the turn τ of the
+    tangent, τ²/(2(1/R − κ)).
+    """
+    parts = flanks(profile)
+    count = len(parts) // profile.trochoid.lobes if profile.lobes_alike else len(parts)
+    worst = 0.0
+    for k in range(count):
+        one, other = parts[k], parts[(k + 1) % len(parts)]
+        before, after = (
+            p.profile.at(np.array([at]), p.side(np.array([at]))) for p, at in ((one, one.b), (other, other.a))
+        )
+        turn = float(np.angle(after.first[0] / before.first[0]))
+        bend = max(float(before.curvature[0]), float(after.curvature[0]))
+        if turn > 0.0:
+            worst = max(worst, turn**2 / (2.0 * (1.0 / radius - bend)))
+    return worst
+
+
 def _nearest_of(places: ComplexArray, points: ComplexArray) -> IntArray:
     from scipy.spatial import cKDTree
 
