@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -15,6 +16,7 @@ from cycloid_profile.geometry.sampling import (
     ChordTolerance,
     EqualAngle,
     EqualArc,
+    EqualNormalAngle,
     chord_error,
     sample,
     smooth_pieces,
@@ -22,7 +24,7 @@ from cycloid_profile.geometry.sampling import (
 from cycloid_profile.geometry.trochoid import Trochoid
 from cycloid_profile.modification.setup import DeformationCompensation, Equidistant, modify
 
-STRATEGIES = [ChordTolerance(1e-3), EqualArc(61), EqualAngle(61)]
+STRATEGIES = [ChordTolerance(1e-3), EqualArc(61), EqualAngle(61), EqualNormalAngle(61)]
 GAUSS_X, GAUSS_W = np.polynomial.legendre.leggauss(12)
 
 
@@ -118,6 +120,23 @@ def test_equal_angle_is_equal_on_each_smooth_piece(tooth, count):
     assert np.sum(step) == pytest.approx(2.0 * math.pi / tooth.trochoid.lobes, rel=1e-9)
 
 
+@given(teeth(), st.integers(8, 200))
+def test_equal_normal_angle_turns_alike_between_points(tooth, count):
+    nodes = one_lobe(tooth, EqualNormalAngle(count))
+    assert nodes.size == count + 1
+    middle = 0.5 * (nodes[1:] + nodes[:-1])
+    # The turn to and fro over an inflection counts both ways: Gauss's rule on the rate of turning, in pieces.
+    for low, high in smooth_pieces(tooth):
+        piece = nodes[np.append((middle > low) & (middle < high), False) | (nodes == high) | (nodes == low)]
+        turned = []
+        for a, b in itertools.pairwise(piece):
+            psi = np.linspace(a, b, 65)
+            points = tooth.at(psi, np.where(psi < math.pi, 1.0, -1.0) if len(smooth_pieces(tooth)) == 1 else
+                              np.full(psi.shape, 1.0 if low < 0.5 * math.pi else -1.0))  # fmt: skip
+            turned.append(np.trapezoid(np.abs(points.curvature * points.first), psi))
+        np.testing.assert_allclose(turned, np.mean(turned), rtol=2e-3)
+
+
 def test_equal_angle_on_a_smooth_tooth_divides_the_circle(theoretical):
     points = sample(theoretical, EqualAngle(50))
     step = -np.angle(np.roll(points.position, -1) / points.position)
@@ -165,7 +184,7 @@ def test_chord_tolerance_must_be_positive(theoretical, tolerance):
     assert caught.value.remedy
 
 
-@pytest.mark.parametrize("sampling", [EqualArc, EqualAngle])
+@pytest.mark.parametrize("sampling", [EqualArc, EqualAngle, EqualNormalAngle])
 def test_too_few_points_are_refused(theoretical, compensated, sampling):
     assert sampling(2).phases(theoretical).size == 2
     for tooth, least in ((theoretical, 2), (compensated, 4)):
