@@ -21,12 +21,11 @@ from cycloid_profile.effects.registry import EFFECTS
 from cycloid_profile.errors import AllocationError, SpecError
 from cycloid_profile.tolerance.allocated import Status
 from cycloid_profile.tolerance.allocation import Effort, allocate
-from cycloid_profile.tolerance.binding import BacklashEnds, Together
 from cycloid_profile.tolerance.cheapest import Sample, cheapest
 from cycloid_profile.tolerance.clearance import Clearance, clearance
 from cycloid_profile.tolerance.distribution import Normal
 from cycloid_profile.tolerance.draws import Draws
-from cycloid_profile.tolerance.limits import limits_of, within
+from cycloid_profile.tolerance.limits import Limit, limits_of, within
 from cycloid_profile.tolerance.patterns import unit_changes
 from cycloid_profile.tolerance.quantities import BacklashAnswers
 from cycloid_profile.tolerance.scatter import Cost, Scatter, Tolerances
@@ -39,6 +38,7 @@ WEIGHTS, COSTS, SIGMAS, MEANS = (
     for values in ((1.0, 2.0, 0.5, 3.0), (1.0, 4.0, 2.0, 0.5), (1.0, 0.5, 2.0, 1.0), (0.1, 0.0, -0.3, 0.0))
 )
 LIMIT = 2.0
+UP_TO = (Limit("sum_um", at_most=LIMIT),)
 WIDE = {"finest": 0.01, "coarsest": 100.0}
 EFFORT = Effort(8192, 32768)
 
@@ -93,7 +93,7 @@ def exact_optimum(share: float, exponent: float) -> tuple[np.ndarray, float]:
 @pytest.mark.parametrize("exponent", [1.0, 2.0])
 @pytest.mark.parametrize("share", [0.9, 0.99])
 def test_linear_normal_response_has_the_closed_form(share: float, exponent: float) -> None:
-    found = allocate(four(exponent), Linear(), {"sum_um": LIMIT}, share, Effort(16384, 65536))
+    found = allocate(four(exponent), Linear(), UP_TO, share, Effort(16384, 65536))
     ratios = np.array([line.ratio for line in found.lines])
     # About 0.08 (99 %: 0.01) of 16,384 reducers tell the gradient: 3 % (8 %) a ratio, of which (k+2) takes its part.
     expected, _ = exact_optimum(exact_yield(ratios), exponent)
@@ -134,7 +134,7 @@ def _cheapest_of(sample: Sample, share: float, grid: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_yield_holds_for_reducers_nobody_searched_with(seed: int) -> None:
-    found = allocate(four(seed=seed), Linear(), {"sum_um": LIMIT}, 0.95, EFFORT)
+    found = allocate(four(seed=seed), Linear(), UP_TO, 0.95, EFFORT)
     assert found.yield_after.low >= 0.95
     assert exact_yield(np.array([line.ratio for line in found.lines])) >= 0.95
     assert exact_yield(np.ones(4)) == pytest.approx(found.yield_before.value, abs=0.01)
@@ -145,7 +145,7 @@ def test_yield_holds_for_reducers_nobody_searched_with(seed: int) -> None:
 
 def test_refused_where_the_finest_do_not_reach_it() -> None:
     with pytest.raises(AllocationError, match=r"yield = \d\d\.\d\d % is the highest.*below 95 %") as caught:
-        allocate(four(finest=0.9, coarsest=2.0), Linear(), {"sum_um": LIMIT}, 0.95, EFFORT)
+        allocate(four(finest=0.9, coarsest=2.0), Linear(), UP_TO, 0.95, EFFORT)
     assert caught.value.exit_code == 1
     told = float(str(caught.value.value).removesuffix(" %")) / 100.0
     assert told == pytest.approx(exact_yield(np.full(4, 0.9)), abs=0.005)
@@ -156,7 +156,9 @@ def test_bounds_are_kept_and_told() -> None:
     costs = (Cost(1.0, finest=0.9, coarsest=1.02), Cost(4.0, **WIDE), Cost(2.0, coarsest=0.5), None)
     pairs = zip(draws.tolerances.scatters, costs, strict=True)
     scatters = tuple(replace(one, cost=cost) for one, cost in pairs)
-    found = allocate(replace(draws, tolerances=Tolerances(scatters)), Linear(), {"sum_um": 6.0}, 0.95, EFFORT)
+    found = allocate(
+        replace(draws, tolerances=Tolerances(scatters)), Linear(), (Limit("sum_um", at_most=6.0),), 0.95, EFFORT
+    )
     first, second, third, fourth = found.lines
     assert (first.bound, first.ratio) == ("coarsest", pytest.approx(1.02))
     assert second.bound == ""
@@ -167,7 +169,7 @@ def test_bounds_are_kept_and_told() -> None:
 
 
 def test_all_coarsest_is_told() -> None:
-    found = allocate(four(finest=0.5, coarsest=1.5), Linear(), {"sum_um": 1e3}, 0.95, Effort(512, 512))
+    found = allocate(four(finest=0.5, coarsest=1.5), Linear(), (Limit("sum_um", at_most=1e3),), 0.95, Effort(512, 512))
     assert found.status is Status.LOOSEST
     assert [line.ratio for line in found.lines] == pytest.approx([1.5] * 4)
     assert found.cost_per_percent == 0.0
@@ -175,7 +177,7 @@ def test_all_coarsest_is_told() -> None:
 
 def test_too_few_reducers_to_confirm_with_is_told() -> None:
     # 64 of 64 good reducers are 94.4 % at least: 95 % cannot be shown with so few.
-    found = allocate(four(), Linear(), {"sum_um": LIMIT}, 0.95, Effort(512, 64))
+    found = allocate(four(), Linear(), UP_TO, 0.95, Effort(512, 64))
     assert found.status is Status.UNCONFIRMED
     assert found.yield_after.low < 0.95
 
@@ -183,20 +185,20 @@ def test_too_few_reducers_to_confirm_with_is_told() -> None:
 def test_without_costs_all_are_given_the_same() -> None:
     draws = four()
     bare = replace(draws, tolerances=Tolerances(tuple(replace(one, cost=None) for one in draws.tolerances.scatters)))
-    found = allocate(bare, Linear(), {"sum_um": LIMIT}, 0.8, Effort(1024, 2048))
+    found = allocate(bare, Linear(), UP_TO, 0.8, Effort(1024, 2048))
     assert found.assumed_costs
     assert found.cost_before == 4.0
-    assert not allocate(draws, Linear(), {"sum_um": LIMIT}, 0.8, Effort(1024, 2048)).assumed_costs
+    assert not allocate(draws, Linear(), UP_TO, 0.8, Effort(1024, 2048)).assumed_costs
 
 
 def test_batches_do_not_change_the_answer_and_it_repeats() -> None:
     effort = Effort(1024, 2048)
-    plain = allocate(four(), Linear(), {"sum_um": LIMIT}, 0.9, effort)
+    plain = allocate(four(), Linear(), UP_TO, 0.9, effort)
     shared = tuple(replace(one, batch_share=0.8) for one in four().tolerances.scatters)
-    batched = allocate(replace(four(), tolerances=Tolerances(shared)), Linear(), {"sum_um": LIMIT}, 0.9, effort)
+    batched = allocate(replace(four(), tolerances=Tolerances(shared)), Linear(), UP_TO, 0.9, effort)
     assert batched.lines == plain.lines
     assert batched.yield_after == plain.yield_after
-    assert allocate(four(seed=2), Linear(), {"sum_um": LIMIT}, 0.9, effort).lines != plain.lines
+    assert allocate(four(seed=2), Linear(), UP_TO, 0.9, effort).lines != plain.lines
 
 
 def test_a_reducer_without_an_answer_is_no_good_one() -> None:
@@ -218,13 +220,19 @@ def test_a_reducer_without_an_answer_is_no_good_one() -> None:
 )
 def test_impossible_wishes_are_refused(limits: dict[str, Any], wanted: float, said: str) -> None:
     with pytest.raises(SpecError, match=said):
-        allocate(four(), Linear(), limits, wanted)
+        allocate(four(), Linear(), limits_of(limits, ("sum_um",)), wanted)
+
+
+def test_limits_of_nothing_that_is_computed_are_refused() -> None:
+    for limits, said in (((), "leave nothing to reach"), ((Limit("backlash_arcmin", at_most=1.0),), "not computed")):
+        with pytest.raises(SpecError, match=said):
+            allocate(four(), Linear(), limits, 0.9)
 
 
 def test_nothing_to_change_is_refused() -> None:
     free = tuple(replace(one, cost=Cost(0.0, fixed=2.0)) for one in four().tolerances.scatters)
     with pytest.raises(SpecError, match="changes with the tolerance"):
-        allocate(replace(four(), tolerances=Tolerances(free)), Linear(), {"sum_um": 1.0}, 0.9, Effort(64, 64))
+        allocate(replace(four(), tolerances=Tolerances(free)), Linear(), UP_TO, 0.9, Effort(64, 64))
 
 
 @pytest.mark.parametrize("share", [0.5, 0.95, 0.999])
@@ -239,7 +247,7 @@ def test_smooth_quantile_is_the_quantile(share: float) -> None:
 
 
 def test_gradient_is_the_slope_of_the_quantile() -> None:
-    sample = Sample.drawn(four(), Linear(), limits_of({"sum_um": LIMIT}, ("sum_um",)), 2048)
+    sample = Sample.drawn(four(), Linear(), UP_TO, 2048)
     quantile, u = SmoothQuantile.of(0.95, 2048), np.array([0.1, -0.2, 0.3, -0.1])
     step = 1e-5 * np.eye(4)
     slopes = [(quantile.at(sample.worst(u + d)) - quantile.at(sample.worst(u - d))) / 2e-5 for d in step]
@@ -276,10 +284,12 @@ def test_slopes_of_the_backlash_are_those_of_its_contacts(play: Clearance, pins_
 
 
 def test_backlash_of_a_small_reducer_that_may_not_bind(play: Clearance, pins_and_discs: Tolerances) -> None:
-    answers = Together((BacklashEnds(play), BacklashAnswers(play, ("again_arcmin",))))
+    answers = BacklashAnswers(play)
     drawn = answers.of(np.zeros((1, play.by_unit.shape[1])))[0]
-    assert drawn[0] == drawn[2] > drawn[1] > 0.0
-    limits = {"backlash_arcmin": drawn[0] + 0.2, "least_backlash_arcmin": (0.7 * drawn[1], None)}
+    limits = (
+        Limit("backlash_arcmin", at_most=drawn[0] + 0.2),
+        Limit("least_backlash_arcmin", at_least=0.7 * drawn[1]),
+    )
     found = allocate(Draws(pins_and_discs), answers, limits, 0.9, Effort(1024, 4096))
     assert found.status is Status.CONFIRMED
     fresh = answers.of(replace(Draws(pins_and_discs), tolerances=found.tolerances, seed=99).coordinates(0, 4096, 0))
@@ -297,8 +307,8 @@ def test_backlash_of_the_rv40e(large: Built, scattered: Callable[..., Tolerances
         {"name": "pin_ring_runout", "amplitude_um": {}, "cost": 1.0},
         built=large,
     )
-    answers = BacklashEnds(clearance(large, unit_changes(large, tolerances)))
-    limits = {"backlash_arcmin": 1.0, "least_backlash_arcmin": (0.2, None)}
+    answers = BacklashAnswers(clearance(large, unit_changes(large, tolerances)))
+    limits = limits_of({"backlash_arcmin": 1.0, "least_backlash_arcmin": (0.2, None)}, answers.names)
     found = allocate(Draws(tolerances), answers, limits, 0.95, Effort(2048, 8192))
     assert found.status is Status.CONFIRMED
     assert found.yield_after.low >= 0.95 > found.yield_before.high

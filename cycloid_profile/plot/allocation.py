@@ -1,0 +1,146 @@
+"""Tolerances before and after an allocation, what they cost, and what came of the limits."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from cycloid_profile.arrays import FloatArray
+from cycloid_profile.plot.style import BLACK, BLUE, GREY, ORANGE, new_figure, plain, style
+from cycloid_profile.tolerance.allocated import Allocation, Line, percent
+from cycloid_profile.tolerance.limits import Limit
+from cycloid_profile.tolerance.quantities import QUANTITIES
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_BAR = 0.38
+_BINS = 80
+_UNITS = {"arcmin": "′", "arcsec": "″", "mpa": "MPa"}
+_SHOWN = 4.5  # half widths of the middle two thirds; the tail of reducers that bind would hide the rest
+
+
+def tolerance_bars(allocation: Allocation, name: str) -> Figure:
+    """Each tolerance before and after on a logarithmic axis, with its numbers; marked where it met a bound."""
+    lines = allocation.lines
+    units = sorted({line.unit for line in lines})
+    with style():
+        figure = new_figure(10.0, 1.6 + 0.45 * len(lines))
+        ax = figure.subplots()
+        for offset, label, colour, widths in (
+            (-0.5 * _BAR, "as drawn", GREY, [line.plus_minus_before for line in lines]),
+            (0.5 * _BAR, "allocated", BLUE, [line.plus_minus_after for line in lines]),
+        ):
+            ax.barh(np.arange(len(lines)) + offset, widths, 0.95 * _BAR, color=colour, label=label)
+        for place, line in enumerate(lines):
+            widest = max(line.plus_minus_before, line.plus_minus_after)
+            ax.annotate(
+                _change(line), (widest, place), xytext=(6, 0), textcoords="offset points", va="center", fontsize=9
+            )
+        ax.set_xscale("log")
+        _room_for_numbers(ax, lines)
+        _names(ax, lines)
+        ax.set_xlabel(f"tolerance ± [{units[0] if len(units) == 1 else 'unit of each'}]")
+        figure.legend(loc="outside lower center", ncols=2)
+        figure.suptitle(f"{plain(name)}: tolerances for a yield of {100.0 * allocation.wanted:g} %")
+    return figure
+
+
+def _change(line: Line) -> str:
+    text = f"±{line.plus_minus_before:.3g} → ±{line.plus_minus_after:.3g} {line.unit}"
+    if line.cost_before is None:
+        return f"±{line.plus_minus_before:.3g} {line.unit}, no cost given"
+    return f"{text}, {line.bound} allowed" if line.bound else text
+
+
+def _room_for_numbers(ax: Axes, lines: tuple[Line, ...]) -> None:
+    """Round ends, and as much again to the right for the text."""
+    widths = [width for line in lines for width in (line.plus_minus_before, line.plus_minus_after) if width > 0.0]
+    low, high = 0.6 * min(widths), max(widths)
+    ax.set_xlim(low, high * (high / low) ** 0.6)
+    ticks = [
+        m * 10.0**e for e in range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1) for m in (1, 2, 5)
+    ]
+    shown = [tick for tick in ticks if low <= tick <= 1.2 * high]
+    ax.set_xticks(shown, [f"{tick:g}" for tick in shown])
+    ax.set_xticks([], minor=True)
+
+
+def cost_bars(allocation: Allocation, name: str) -> Figure:
+    """What each tolerance costs before and after, as a share of all of them as drawn."""
+    lines = [line for line in allocation.lines if line.cost_before is not None]
+    whole = allocation.cost_before
+    with style():
+        figure = new_figure(10.0, 1.6 + 0.45 * len(lines))
+        ax = figure.subplots()
+        for offset, label, colour, total, costs in (
+            (-0.5 * _BAR, "as drawn", GREY, allocation.cost_before, [line.cost_before for line in lines]),
+            (0.5 * _BAR, "allocated", BLUE, allocation.cost_after, [line.cost_after for line in lines]),
+        ):
+            shares = [100.0 * (cost or 0.0) / whole for cost in costs]
+            told = f"{label}, {total:.4g} in all, {100.0 * total / whole:.3g} %"
+            bars = ax.barh(np.arange(len(lines)) + offset, shares, 0.95 * _BAR, color=colour, label=told)
+            ax.bar_label(bars, [f"{share:.1f}" for share in shares], padding=4, fontsize=8)
+        _names(ax, tuple(lines))
+        ax.margins(x=0.08)
+        ax.set_xlabel("cost of a tolerance [% of the cost of all as drawn]")
+        figure.legend(loc="outside lower center", ncols=2)
+        each = ", all costs assumed equal" if allocation.assumed_costs else ""
+        per_percent = 100.0 * allocation.cost_per_percent / whole
+        figure.suptitle(f"{plain(name)}: cost of tolerances{each}; one more percent of yield costs {per_percent:.2g} %")
+    return figure
+
+
+def _names(ax: Axes, lines: tuple[Line, ...]) -> None:
+    ax.set_yticks(range(len(lines)), [plain(line.label.replace("_", " ")) for line in lines])
+    ax.set_ylim(len(lines) - 0.4, -0.6)
+    ax.grid(visible=False, axis="y")
+
+
+def limited_quantities(allocation: Allocation, name: str) -> Figure:
+    """Distribution of every limited quantity before and after, with its limits and how many reducers keep them."""
+    count = len(allocation.limits)
+    with style():
+        figure = new_figure(9.0, 1.4 + 2.9 * count)
+        for ax, limit in zip(figure.subplots(count, squeeze=False)[:, 0], allocation.limits, strict=True):
+            column = allocation.names.index(limit.quantity)
+            _distribution(ax, limit, allocation.before[:, column], allocation.after[:, column])
+        before, after = percent(allocation.yield_before), percent(allocation.yield_after)
+        figure.suptitle(f"{plain(name)}: all limits kept by {before} as drawn,\n{after} as allocated")
+    return figure
+
+
+def _distribution(ax: Axes, limit: Limit, before: FloatArray, after: FloatArray) -> None:
+    ends = [end for end in (limit.at_least, limit.at_most) if math.isfinite(end)]
+    shown = [*_range(before), *_range(after), *ends]
+    low, high = min(shown), max(shown)
+    edges = np.linspace(low - 0.03 * (high - low), high + 0.03 * (high - low), _BINS + 1)
+    for values, label, colour in ((before, "as drawn", GREY), (after, "allocated", BLUE)):
+        share = 100.0 * float(np.mean(limit.beyond(values) <= 0.0))
+        off = 100.0 * float(np.mean(~((values >= edges[0]) & (values <= edges[-1]))))
+        more = f", {off:.1f} % off the picture" if off >= 0.1 else ""
+        weights = np.full(values.shape, 100.0 / values.size)
+        fill = {"alpha": 0.45} if colour == GREY else {"histtype": "step", "linewidth": 1.8}
+        ax.hist(values, edges, weights=weights, color=colour, label=f"{label}: {share:.1f} % within{more}", **fill)
+    for end in ends:
+        ax.axvline(end, color=ORANGE if end == limit.at_most else BLACK, linewidth=1.6)
+        ax.annotate(
+            f" {'≤' if end == limit.at_most else '≥'} {end:g}", (end, 1.0), xycoords=("data", "axes fraction"),
+            va="top", ha="left" if end == limit.at_least else "right", fontsize=9,
+        )  # fmt: skip
+    ax.set_xlim(edges[0], edges[-1])
+    words, _, unit = limit.quantity.rpartition("_")
+    told = QUANTITIES.get(limit.quantity, words.replace("_", " "))
+    ax.set_xlabel(f"{plain(told)} [{_UNITS.get(unit, unit)}]")
+    ax.set_ylabel("reducers [% a bin]")
+    ax.legend()
+
+
+def _range(values: FloatArray) -> tuple[float, float]:
+    """Ends of what is shown of a sample, none beyond its own."""
+    sixth, middle, last = np.nanquantile(values, [1.0 / 6.0, 0.5, 5.0 / 6.0])
+    reach = 0.5 * _SHOWN * (last - sixth)
+    return float(max(np.nanmin(values), middle - reach)), float(min(np.nanmax(values), middle + reach))
