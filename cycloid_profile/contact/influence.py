@@ -34,23 +34,42 @@ class Influence:
 
 def influence(sharing: LoadSharing, as_built: AsBuilt = AS_DRAWN) -> Influence:
     """Influences about a solved stage, whose parts were ``as_built``; raises ``LoadError`` for solvers of one disc."""
+    energy = energy_about(sharing, as_built)
+    point = energy.at(np.zeros((len(energy.torque), energy.arm.size)))
+    hessian = energy.hessian(point)
+    carrier = np.zeros_like(point.gradient)
+    carrier[:, 0] = 1.0
+    answer = (np.linalg.pinv(hessian, hermitian=True, rcond=1e-13) @ carrier[..., np.newaxis])[..., 0]
+    moved = answer[:, energy.disc_unknowns][..., np.newaxis, :]
+    along = energy.normal_x * moved[..., 0] + energy.normal_y * moved[..., 1] + energy.lever * moved[..., 2]
+    stretched = np.einsum("psdu,pu->psd", energy.spring_stretch, answer)
+    bearings = -np.einsum("psde,pse->psd", energy.bearing_tangent(point), stretched)
+    return Influence(sharing, sharing.pin_stiffness * along, bearings)
+
+
+def energy_about(sharing: LoadSharing, as_built: AsBuilt = AS_DRAWN) -> StageEnergy:
+    """Energy of the stage about its equilibrium, whose parts were ``as_built``; only loaded pins have their gap.
+
+    Raises
+    ------
+    LoadError
+        If the solver was one of a single disc.
+    """
     stage = sharing.stage
     if stage is None:
         raise LoadError("solver", sharing.solver, "holds the crank and knows no bearings", "solve the whole stage")
-    drive = sharing.case.drive
-    support = support_model(drive, stage.meshing.crank_angle, as_built)
-    lever = np.sign(sharing.torque)[:, np.newaxis, np.newaxis] * sharing.lever
+    support = support_model(sharing.case.drive, stage.meshing.crank_angle, as_built)
     u = np.zeros((len(sharing.torque), support.arm.size))
     u[:, 0] = sharing.rotation
     for j, own in enumerate(support.disc_unknowns):
         u[:, own] = stage.motion[:, j]
-    energy = StageEnergy(
+    return StageEnergy(
         law=sharing.case.law,
         contact=sharing.case.line_contact(sharing.curvature),
         gap=-sharing.approach,
         normal_x=stage.normal.real,
         normal_y=stage.normal.imag,
-        lever=lever,
+        lever=np.sign(sharing.torque)[:, np.newaxis, np.newaxis] * sharing.lever,
         disc_unknowns=support.disc_unknowns,
         spring_stretch=support.spring_stretch,
         spring_matrix=support.spring_matrix,
@@ -61,13 +80,3 @@ def influence(sharing: LoadSharing, as_built: AsBuilt = AS_DRAWN) -> Influence:
         rotation=sharing.rotation,
         arm=support.arm,
     )
-    point = energy.at(np.zeros_like(u))
-    hessian = energy.hessian(point)
-    carrier = np.zeros_like(u)
-    carrier[:, 0] = 1.0
-    answer = (np.linalg.pinv(hessian, hermitian=True, rcond=1e-13) @ carrier[..., np.newaxis])[..., 0]
-    moved = answer[:, support.disc_unknowns][..., np.newaxis, :]
-    along = stage.normal.real * moved[..., 0] + stage.normal.imag * moved[..., 1] + lever * moved[..., 2]
-    stretched = np.einsum("psdu,pu->psd", support.spring_stretch, answer)
-    bearings = -np.einsum("psde,pse->psd", energy.bearing_tangent(point), stretched)
-    return Influence(sharing, sharing.pin_stiffness * along, bearings)

@@ -144,9 +144,7 @@ def loaded_contacts(built: Built, sharing: LoadSharing) -> LoadedContacts:
     for j, tooth in enumerate(built.teeth):
         own = disc == j
         of = lobe[own]
-        psi, side = nearest_foot(
-            tooth, centre[own], stage.meshing.phase[some][own], None if tooth.lobes_alike else of
-        )
+        psi, side = nearest_foot(tooth, centre[own], stage.meshing.phase[some][own], None if tooth.lobes_alike else of)
         here = tooth.at(psi, side, of)
         ahead, behind = (tooth.at(psi + way * _PHASE_STEP, side, of).curvature for way in (1.0, -1.0))
         foot[own], curvature[own] = psi, here.curvature

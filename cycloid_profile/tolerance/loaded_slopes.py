@@ -1,4 +1,4 @@
-"""How rotation and pressure under load answer to a small change of any part, about a reducer as built (docs/tolerance.md, Eqs. 62–65).
+"""How rotation and pressure under load answer to a small change of any part (docs/tolerance.md, Eqs. 62–65).
 
 Implicit function theorem at the exact equilibrium: the tangent of all forces, geometry included, is solved against
 what a change puts out of balance.
@@ -35,9 +35,7 @@ class LoadedSlopes:
     pressure_by_unit: FloatArray
 
 
-def loaded_slopes(
-    built: Built, changes: list[UnitChange], crank_angle: FloatArray, torque: FloatArray
-) -> LoadedSlopes:
+def loaded_slopes(built: Built, changes: list[UnitChange], crank_angle: FloatArray, torque: FloatArray) -> LoadedSlopes:
     """The stage as built at crank angles of disc 1 [rad] under torques [N·mm], shape (loads,) both.
 
     Raises

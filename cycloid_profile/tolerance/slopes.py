@@ -14,12 +14,14 @@ import numpy as np
 
 from cycloid_profile.arrays import FloatArray
 
+ALL = slice(None)
+
 
 class Slope(Protocol):
     """Derivative of one number by many coordinates."""
 
-    def along(self, directions: FloatArray) -> FloatArray:
-        """One-sided derivatives along the columns of ``directions``, shape (coordinates, m) to (m,)."""
+    def along(self, directions: FloatArray, at: slice = ALL) -> FloatArray:
+        """One-sided derivatives along the columns of ``directions``, shape (k, m) to (m,), k the coordinates ``at``."""
         ...
 
 
@@ -29,9 +31,9 @@ class Smooth:
 
     gradient: FloatArray
 
-    def along(self, directions: FloatArray) -> FloatArray:
+    def along(self, directions: FloatArray, at: slice = ALL) -> FloatArray:
         """See ``Slope.along``."""
-        found: FloatArray = self.gradient @ directions
+        found: FloatArray = self.gradient[at] @ directions
         return found
 
 
@@ -42,9 +44,9 @@ class Weighted:
     of: tuple[Slope, ...]
     factor: float = 1.0
 
-    def along(self, directions: FloatArray) -> FloatArray:
+    def along(self, directions: FloatArray, at: slice = ALL) -> FloatArray:
         """See ``Slope.along``."""
-        found: FloatArray = self.factor * np.sum([one.along(directions) for one in self.of], axis=0)
+        found: FloatArray = self.factor * np.sum([one.along(directions, at) for one in self.of], axis=0)
         return found
 
 
@@ -54,9 +56,9 @@ class Largest:
 
     of: tuple[Slope, ...]
 
-    def along(self, directions: FloatArray) -> FloatArray:
+    def along(self, directions: FloatArray, at: slice = ALL) -> FloatArray:
         """See ``Slope.along``."""
-        found: FloatArray = np.max([one.along(directions) for one in self.of], axis=0)
+        found: FloatArray = np.max([one.along(directions, at) for one in self.of], axis=0)
         return found
 
 
@@ -66,9 +68,9 @@ class Least:
 
     of: tuple[Slope, ...]
 
-    def along(self, directions: FloatArray) -> FloatArray:
+    def along(self, directions: FloatArray, at: slice = ALL) -> FloatArray:
         """See ``Slope.along``."""
-        found: FloatArray = np.min([one.along(directions) for one in self.of], axis=0)
+        found: FloatArray = np.min([one.along(directions, at) for one in self.of], axis=0)
         return found
 
 

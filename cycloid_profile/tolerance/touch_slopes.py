@@ -1,4 +1,4 @@
-"""How the crank-locked backlash answers to a small change of any part, about a reducer as built (docs/tolerance.md, Eq. 61).
+"""How the crank-locked backlash answers to a small change of any part (docs/tolerance.md, Eq. 61).
 
 Each flank is closed by the contact that touches first. The gap there is zero, so that its change over its arm is the
 change of the turn, exactly.
