@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -20,9 +21,10 @@ from cycloid_profile.design.tolerancing import (
 from cycloid_profile.effects.built import Built
 from cycloid_profile.spec.model import Spec
 from cycloid_profile.tolerance.comparison import Comparison, compare_designs
+from cycloid_profile.tolerance.limits import Limit
 from cycloid_profile.tolerance.run import run
 from cycloid_profile.tolerance.scatter import Tolerances
-from cycloid_profile.tolerance.study import Study
+from cycloid_profile.tolerance.store import Store
 from cycloid_profile.tolerance.summary import StudySummary, summarise
 from cycloid_profile.tolerance.workers import Workers
 
@@ -43,7 +45,7 @@ class ToleranceRecord:
     spec: Spec
     built: Built
     tolerances: Tolerances
-    limits: Mapping[str, float]
+    limits: tuple[Limit, ...]
     backlash: StudySummary
     loaded: StudySummary | None
     drawn: Mapping[str, float]
@@ -69,32 +71,42 @@ def tolerance_record(spec: Spec, folder: Path, workers: Workers, tell: Tell = la
     built = built_reducer(spec)
     tolerances, limits = tolerances_in(spec, built), limits_in(spec)
     many = backlash_study(spec, built, tolerances)
-    backlash = summarise(run(many, folder / "backlash", workers, _titled(tell, "backlash")), limits)
-    loaded, fewer = None, None
+    unloaded = run(many, folder / "backlash", workers, _titled(tell, "backlash"))
+    loaded = None
     if spec.tolerance.loaded_samples:
         fewer = loaded_study(spec, built, tolerances)
-        loaded = summarise(run(fewer, folder / "loaded", workers, _titled(tell, "under load")), limits)
-    study = many if fewer is None else fewer
+        loaded = run(fewer, folder / "loaded", workers, _titled(tell, "under load"))
+    study = unloaded.study if loaded is None else loaded.study
     nothing = np.zeros((1, len(study.changes)))
     drawn = dict(zip(study.measures.names, study.measures.of(nothing)[0].tolist(), strict=True))
-    return ToleranceRecord(spec, built, tolerances, limits, backlash, loaded, drawn, _compared(spec, many, fewer, tell))
+    return ToleranceRecord(
+        spec=spec,
+        built=built,
+        tolerances=tolerances,
+        limits=limits,
+        backlash=summarise(unloaded, limits),
+        loaded=None if loaded is None else summarise(loaded, limits),
+        drawn=drawn,
+        compared=_compared(spec, unloaded, loaded, tell),
+    )
 
 
-def _compared(spec: Spec, many: Study, fewer: Study | None, tell: Tell) -> tuple[Comparison, ...]:
+def _compared(spec: Spec, backlash: Store, loaded: Store | None, tell: Tell) -> tuple[Comparison, ...]:
     plain = without_compensation(spec)
     if plain is None:
         return ()
     tell("the same reducers without deformation compensation")
-    found = list(compare_designs(beside(many, plain), many, _first(many, _COMPARED_BACKLASH)))
-    if fewer is not None:
-        loaded = compare_designs(beside(fewer, plain), fewer, _first(fewer, _COMPARED_LOADED))
-        found += [one for one in loaded if one.quantity != "backlash_arcmin"]
-    return tuple(found)
-
-
-def _first(study: Study, reducers: int) -> range:
-    """Chunks that hold the first reducers of a study."""
-    return range(min(study.chunks, -(-reducers // study.chunk)))
+    found: dict[str, Comparison] = {}
+    for store, reducers in ((backlash, _COMPARED_BACKLASH), (loaded, _COMPARED_LOADED)):
+        if store is not None:
+            chunks = min(store.study.chunks, -(-reducers // store.study.chunk))
+            other = beside(store.study, plain)
+            values = np.concatenate([other.values(number) for number in range(chunks)])
+            known = np.concatenate(list(islice(store.tables(), chunks)))
+            for one in compare_designs(store.names, values, known):
+                found.setdefault(one.quantity, one)
+    # The least backlash is there to tell who binds; its width says nothing.
+    return tuple(one for one in found.values() if one.quantity != "least_backlash_arcmin")
 
 
 def _titled(tell: Tell, title: str) -> Tell:

@@ -13,12 +13,14 @@ from cycloid_profile.spec.model import Spec
 from cycloid_profile.spec.read import parse_spec
 from cycloid_profile.spec.write import format_spec
 from cycloid_profile.tolerance.draws import Draws
+from cycloid_profile.tolerance.limits import Limit, limits_of
 from cycloid_profile.tolerance.quantities import QUANTITIES
 from cycloid_profile.tolerance.scatter import Tolerances, tolerances_of, workshop_tolerances
 from cycloid_profile.tolerance.sequence import SEQUENCES
 from cycloid_profile.tolerance.study import Study
 
 BACKLASH = ("backlash_arcmin",)
+_FROM_BELOW = ("least_backlash_arcmin",)
 
 
 def tolerances_in(spec: Spec, built: Built) -> Tolerances:
@@ -31,10 +33,12 @@ def tolerances_in(spec: Spec, built: Built) -> Tolerances:
     return tolerances_of(spec.tolerance.effects, spec.tolerance.correlations, built)
 
 
-def limits_in(spec: Spec) -> dict[str, float]:
-    """Limits of the spec by quantity, in the order of the quantities."""
+def limits_in(spec: Spec) -> tuple[Limit, ...]:
+    """Limits of the spec in the order of the quantities: the least backlash from below, all others from above."""
     given = msgspec.structs.asdict(spec.tolerance.limits)
-    return {name: float(given[name]) for name in QUANTITIES if given[name] is not None}
+    ends = {name: (value, None) if name in _FROM_BELOW else value for name, value in given.items() if value is not None}
+    ordered = {name: ends[name] for name in QUANTITIES if name in ends}
+    return limits_of(ordered, tuple(QUANTITIES)) if ordered else ()
 
 
 def backlash_study(spec: Spec, built: Built, tolerances: Tolerances) -> Study:

@@ -49,7 +49,8 @@ def _panel(ax: Axes, quantity: QuantitySummary, passed: Yield | None, drawn: flo
         marks.append((value, colour, "--", f"{percent:g} % below {_figure(value)}{unit}"))
     if passed is not None and passed.limit is not None:
         share_in = 100.0 * passed.share.value
-        marks.append((passed.limit, GREEN, "-", f"limit {passed.limit:g}{unit}: {share_in:.4g} % pass"))
+        limit = passed.limit.at_most
+        marks.append((limit, GREEN, "-", f"limit {limit:g}{unit}: {share_in:.4g} % pass"))
     for value, colour, dash, text in marks:
         ax.axvline(value, color=colour, linestyle=dash, linewidth=1.6, label=text)
     ax.set_title(f"{label}   ({quantity.spread.count:,} reducers)", loc="left")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,7 +26,11 @@ from cycloid_profile.report.tolerance_told import (
     tolerance_rows,
     yield_rows,
 )
-from cycloid_profile.tolerance.plain_tables import PlainTable
+from cycloid_profile.tolerance.exact_sensitivities import Bench
+from cycloid_profile.tolerance.plain_tables import PlainTable, budget_table, formula_table, sensitivity_table
+from cycloid_profile.tolerance.published_budget import budget_from_geometry, printed_errors
+from cycloid_profile.tolerance.published_sensitivities import sensitivities
+from cycloid_profile.tolerance.summary import Yield
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -111,6 +116,11 @@ def summary_sentences(record: ToleranceRecord) -> list[str]:
     claim = comparison_sentence(record)
     if claim:
         said.append(claim)
+    _, least = next(one for one in quantities(record) if one[1].name == "least_backlash_arcmin")
+    if least.spread.low < 0.0:
+        binding = sum(int((chunk < 0.0).sum()) for chunk in record.backlash.store.columns("least_backlash_arcmin"))
+        share = 1000.0 * binding / record.backlash.samples
+        said.append(f"{share:.3g} of 1000 reducers bind somewhere in a turn: pins and discs overlap before any load.")
     lost = sum(one.spread.lost for _, one in quantities(record))
     if lost:
         said.append(f"{lost:,} answers were not found; such reducers count as failed.")
@@ -122,8 +132,12 @@ def _distributions(record: ToleranceRecord) -> Section:
     rows = yield_rows(record)
     if rows:
         tables.append(PlainTable("Yield", YIELD_HEAD, tuple(rows)))
-    passed = {one.name: one for summary in reversed(record.summaries) for one in summary.yields}
-    shown = [(one, passed.get(one.name), record.drawn[one.name]) for _, one in quantities(record)]
+    passed = _passed(record)
+    shown = [
+        (one, passed.get(one.name), record.drawn[one.name])
+        for _, one in quantities(record)
+        if one.name != "least_backlash_arcmin"
+    ]
     caption = "Share of reducers by value, each the largest over a turn of the output."
     return Section(
         "What comes off the line",
@@ -153,24 +167,39 @@ def _comparison(record: ToleranceRecord) -> Section:
 
 
 def _published(record: ToleranceRecord) -> Section:
-    from cycloid_profile.tolerance.exact_sensitivities import Bench
-    from cycloid_profile.tolerance.plain_tables import published_tables
-    from cycloid_profile.tolerance.published_budget import budget_from_geometry
-    from cycloid_profile.tolerance.published_sensitivities import sensitivities
-
-    bench = Bench(record.built.case)
-    name = record.spec.name
+    case, name = record.built.case, record.spec.name
+    bench, errors = Bench(case), printed_errors()
+    rows, budget = sensitivities(case, bench), budget_from_geometry(case, errors, bench)
     return Section(
         "Published budgets beside geometry",
-        tables=published_tables(record.built.case, bench=bench),
+        tables=(sensitivity_table(rows), budget_table(budget, errors), formula_table(case.drive)),
         drawn=(
-            ("published_sensitivities", "Sensitivity of the backlash to fifteen errors, published and from geometry.",
-             lambda: sensitivity_plot(sensitivities(record.built.case, bench), name)),
-            ("published_budget", "Lost motion in three parts, published and from geometry.",
-             lambda: budget_plot(budget_from_geometry(record.built.case, bench=bench), name)),
+            (
+                "published_sensitivities",
+                "Sensitivity of the backlash to fifteen errors, published and from geometry.",
+                lambda: sensitivity_plot(rows, name),
+            ),
+            (
+                "published_budget",
+                "Lost motion in three parts, published and from geometry.",
+                lambda: budget_plot(budget, name),
+            ),
         ),
-        note="See docs/budget.md.",
-    )  # fmt: skip
+        note="As published, with misprints mended, and computed here; see docs/budget.md.",
+    )
+
+
+def _passed(record: ToleranceRecord) -> dict[str, Yield]:
+    """Yield of each limited quantity, from the study with most reducers."""
+    every = (one for summary in reversed(record.summaries) for one in summary.yields)
+    return {one.limit.quantity: one for one in every if one.limit is not None}
+
+
+def _ends(passed: Yield | None) -> tuple[str, str]:
+    if passed is None or passed.limit is None:
+        return "", ""
+    low, high = passed.limit.at_least, passed.limit.at_most
+    return f"{low:g}" if math.isfinite(low) else "", f"{high:g}" if math.isfinite(high) else ""
 
 
 def _csv(record: ToleranceRecord) -> str:
@@ -178,8 +207,8 @@ def _csv(record: ToleranceRecord) -> str:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(("quantity", "reducers", "drawn", "mean", "deviation", "least", "p50", "p95", "p99", "p99_73",
-                     "greatest", "limit", "yield_percent", "yield_low", "yield_high"))  # fmt: skip
-    passed = {one.name: one for summary in reversed(record.summaries) for one in summary.yields}
+                     "greatest", "at_least", "at_most", "yield_percent", "yield_low", "yield_high"))  # fmt: skip
+    passed = _passed(record)
     for _, one in quantities(record):
         limit = passed.get(one.name)
         share = () if limit is None else (limit.share.value, limit.share.low, limit.share.high)
@@ -193,7 +222,7 @@ def _csv(record: ToleranceRecord) -> str:
                 ),
                 *(f"{one.percentiles[percent].value:.9g}" for percent in (50.0, 95.0, 99.0, 99.73)),
                 f"{one.spread.high:.9g}",
-                "" if limit is None else limit.limit,
+                *_ends(limit),
                 *(f"{100.0 * value:.6g}" for value in share),
                 *("",) * (3 - len(share)),
             )

@@ -6,12 +6,14 @@ import math
 from typing import Any
 
 from cycloid_profile.design.tolerance_record import ToleranceRecord
+from cycloid_profile.tolerance.limits import Limit
 from cycloid_profile.tolerance.quantities import QUANTITIES
 from cycloid_profile.tolerance.scatter import Scatter
 from cycloid_profile.tolerance.summary import Interval, QuantitySummary, StudySummary
 
 UNITS = {
     "backlash_arcmin": "′",
+    "least_backlash_arcmin": "′",
     "lost_motion_arcmin": "′",
     "transmission_error_arcsec": "″",
     "peak_pressure_mpa": "MPa",
@@ -29,7 +31,7 @@ def told(record: ToleranceRecord) -> dict[str, Any]:
         "tolerances": [_scatter(one) for one in record.tolerances.scatters],
         "quantities": [_quantity(record, summary, one) for summary, one in quantities(record)],
         "yields": [
-            {"name": one.name, "limit": one.limit, "samples": summary.samples, **_percent(one.share)}
+            {**_limit(one.limit), "samples": summary.samples, **_percent(one.share)}
             for summary in record.summaries
             for one in summary.yields
         ],
@@ -79,9 +81,7 @@ def yield_rows(record: ToleranceRecord) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = []
     for summary in record.summaries:
         for one in summary.yields:
-            limit = (
-                "all limits together" if one.limit is None else f"{_words(one.name)} ≤ {one.limit:g} {UNITS[one.name]}"
-            )
+            limit = "all limits together" if one.limit is None else limit_in_words(one.limit)
             s = one.share
             rows.append(
                 (
@@ -93,6 +93,12 @@ def yield_rows(record: ToleranceRecord) -> list[tuple[str, ...]]:
                 )
             )
     return rows
+
+
+def limit_in_words(limit: Limit) -> str:
+    """A limit with its unit."""
+    ends = ((sign, end) for sign, end in (("≥", limit.at_least), ("≤", limit.at_most)) if math.isfinite(end))
+    return f"{_words(limit.quantity)} {' and '.join(f'{sign} {end:g}' for sign, end in ends)} {UNITS[limit.quantity]}"
 
 
 def tolerance_rows(record: ToleranceRecord) -> list[tuple[str, ...]]:
@@ -159,6 +165,12 @@ def _quantity(record: ToleranceRecord, summary: StudySummary, one: QuantitySumma
         "greatest": _number(one.spread.high),
         "percentiles": {f"{percent:g}": _interval(value) for percent, value in one.percentiles.items()},
     }
+
+
+def _limit(limit: Limit | None) -> dict[str, Any]:
+    if limit is None:
+        return {"name": "all", "at_least": None, "at_most": None}
+    return {"name": limit.quantity, "at_least": _number(limit.at_least), "at_most": _number(limit.at_most)}
 
 
 def _interval(one: Interval) -> dict[str, float | None]:

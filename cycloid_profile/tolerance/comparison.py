@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray
-from cycloid_profile.tolerance.study import Study
 
 _GROUPS = 50  # of the jackknife
 _ALIKE = 0.01  # no shop tells a scatter a hundredth wider
@@ -35,10 +34,9 @@ class Comparison:
         return "less" if self.ratio < 1.0 else "more"
 
 
-def compare_designs(first: Study, second: Study, chunks: Sequence[int]) -> tuple[Comparison, ...]:
-    """Quantities of the reducers of some chunks of two studies that draw alike, first against second."""
-    a, b = (np.concatenate([study.values(number) for number in chunks]) for study in (first, second))
-    return tuple(_compared(name, a[:, j], b[:, j]) for j, name in enumerate(first.measures.names))
+def compare_designs(names: Sequence[str], first: FloatArray, second: FloatArray) -> tuple[Comparison, ...]:
+    """Quantities ``names`` of two designs with the same errors, row by row, shape (reducers, quantities) both."""
+    return tuple(_compared(name, first[:, j], second[:, j]) for j, name in enumerate(names))
 
 
 def _compared(name: str, a: FloatArray, b: FloatArray) -> Comparison:

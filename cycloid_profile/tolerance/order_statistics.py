@@ -54,7 +54,7 @@ def spread_of(chunks: Chunks) -> Spread:
     edges = np.linspace(low, high, _BINS + 1) if high > low else np.array([low, low])
     counts = np.zeros(edges.size - 1, dtype=np.intp)
     for chunk in chunks():
-        np.add.at(counts, _bins(chunk[np.isfinite(chunk)], edges), 1)
+        counts += np.bincount(_bins(chunk[np.isfinite(chunk)], edges), minlength=counts.size)
     return Spread(count, lost, mean, math.sqrt(square / max(count - 1, 1)), low, high, edges, counts)
 
 

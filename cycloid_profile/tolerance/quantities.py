@@ -36,14 +36,18 @@ class Answers(Protocol):
 
 @dataclass(frozen=True)
 class BacklashAnswers:
-    """Largest crank-locked backlash over a turn of the output."""
+    """Largest and least crank-locked backlash over a turn of the output; the least is negative where a disc binds.
+
+    How far below zero says little: near root and tip no turn opens a gap.
+    """
 
     clearance: Clearance
-    names: tuple[str, ...] = ("backlash_arcmin",)
+    names: tuple[str, ...] = ("backlash_arcmin", "least_backlash_arcmin")
 
     def of(self, x: FloatArray) -> FloatArray:
         """See ``Answers.of``."""
-        return np.asarray(self.clearance.worst(x)[:, np.newaxis] / ARCMIN)
+        turn = self.clearance.by_pose(x) / ARCMIN
+        return np.stack([np.max(turn, axis=1), np.min(turn, axis=1)], axis=1)
 
 
 @dataclass(frozen=True)
@@ -76,6 +80,7 @@ class RatedAnswers:
 # Quantities in the order they are told, and what each is.
 QUANTITIES = {
     "backlash_arcmin": "backlash, crank locked, largest over a turn",
+    "least_backlash_arcmin": "least backlash over a turn, negative where the reducer binds",
     "lost_motion_arcmin": "lost motion at ±3 % of rated torque, largest over a turn",
     "transmission_error_arcsec": "transmission error at rated torque, peak to peak over a turn",
     "peak_pressure_mpa": "highest contact pressure at rated torque",
@@ -101,7 +106,7 @@ class Measures:
         trochoid, torque = self.built.case.drive.trochoid, abs(self.built.case.torque)
         orders, changes = trochoid.lobes * trochoid.pins, list(self.changes)
         found: list[Answers] = []
-        if "backlash_arcmin" in self.wanted:
+        if {"backlash_arcmin", "least_backlash_arcmin"} & set(self.wanted):
             found.append(BacklashAnswers(clearance(self.built, changes, BACKLASH_POSES)))
         if "lost_motion_arcmin" in self.wanted:
             crank = output_turn(trochoid, spread(LOST_MOTION_POSES, orders))

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray
+from cycloid_profile.tolerance.limits import Limit, within
 from cycloid_profile.tolerance.order_statistics import Spread, order_statistics, spread_of
 from cycloid_profile.tolerance.store import Store
 
@@ -38,10 +39,9 @@ class QuantitySummary:
 
 @dataclass(frozen=True, slots=True)
 class Yield:
-    """Share of reducers within a ``limit``, or within all where ``name`` is "all"; one without an answer fails."""
+    """Share of reducers within a ``limit``, None for all limits together; one without an answer fails."""
 
-    name: str
-    limit: float | None
+    limit: Limit | None
     share: Interval
 
 
@@ -59,9 +59,9 @@ class StudySummary:
         return self.store.study.samples
 
 
-def summarise(store: Store, limits: Mapping[str, float]) -> StudySummary:
-    """Summary of a finished study; ``limits`` by quantity, those it does not hold are left out."""
-    known = {name: limit for name, limit in limits.items() if name in store.names}
+def summarise(store: Store, limits: Sequence[Limit]) -> StudySummary:
+    """Summary of a finished study; ``limits`` of quantities it does not hold are left out."""
+    known = [limit for limit in limits if limit.quantity in store.names]
     return StudySummary(store, tuple(_quantity(store, name) for name in store.names), _yields(store, known))
 
 
@@ -96,23 +96,16 @@ def percentile_ranks(percent: float, count: int) -> tuple[int, int, int]:
     return value, max(min(low, value), 0), min(max(high, value), count - 1)
 
 
-def _yields(store: Store, limits: Mapping[str, float]) -> tuple[Yield, ...]:
+def _yields(store: Store, limits: Sequence[Limit]) -> tuple[Yield, ...]:
     if not limits:
         return ()
-    where = [store.names.index(name) for name in limits]
-    bounds = np.array(list(limits.values()))
-    within = np.zeros(len(bounds), dtype=np.intp)
-    together = 0
+    asked: list[Limit | None] = [*limits, None] if len(limits) > 1 else list(limits)
+    passed = np.zeros(len(asked), dtype=np.intp)
     for table in store.tables():
-        passed = table[:, where] <= bounds
-        within += np.sum(passed, axis=0)
-        together += int(np.sum(np.all(passed, axis=1)))
+        for i, limit in enumerate(asked):
+            passed[i] += np.count_nonzero(within(table, store.names, limits if limit is None else [limit]))
     samples = store.study.samples
-    single = tuple(
-        Yield(name, limit, share_interval(int(k), samples))
-        for (name, limit), k in zip(limits.items(), within, strict=True)
-    )
-    return (*single, Yield("all", None, share_interval(together, samples))) if len(limits) > 1 else single
+    return tuple(Yield(limit, share_interval(int(count), samples)) for limit, count in zip(asked, passed, strict=True))
 
 
 def share_interval(passed: int, samples: int) -> Interval:
