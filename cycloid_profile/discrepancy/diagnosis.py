@@ -28,6 +28,7 @@ from cycloid_profile.discrepancy.normal import Normal, Whitened, normal
 from cycloid_profile.discrepancy.plan import separating_measurement
 from cycloid_profile.discrepancy.probes import Probes
 from cycloid_profile.discrepancy.recording import Recording, hold_all_out, hold_nothing_out, record
+from cycloid_profile.discrepancy.repeats import with_noise_of_repeats
 from cycloid_profile.discrepancy.screening import screen
 from cycloid_profile.effects.built import Built
 from cycloid_profile.effects.effect import Effect
@@ -153,7 +154,8 @@ def diagnose(
     tell("reading the files against the simulation")
     for measurement in (*measurements, *held_out):
         screen(built, measurement)
-    recordings = [record(built, m, _disc(built, m, discs, i)) for i, m in enumerate(measurements)]
+    ready = [record(built, m, _disc(built, m, discs, i)) for i, m in enumerate(measurements)]
+    recordings = with_noise_of_repeats(ready)
     checks = [hold_all_out(record(built, m, _disc(built, m, None, 0))) for m in held_out]
     notes = [f"{r.name}: {note}" for r in recordings for note in r.notes]
     scanned = frozenset(r.disc for r in recordings if r.kind == "profile_scan")

@@ -13,7 +13,7 @@ import numpy as np
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.discrepancy.candidates import Candidate
 from cycloid_profile.discrepancy.evidence import log_evidence_at
-from cycloid_profile.discrepancy.laid import Laid
+from cycloid_profile.discrepancy.laid import Laid, laid_curves
 from cycloid_profile.discrepancy.normal import Whitened, normal
 from cycloid_profile.discrepancy.probes import Probes
 from cycloid_profile.discrepancy.recording import Recording
@@ -221,7 +221,9 @@ class ExactModel:
         return None
 
     def _lay(self, built: Built) -> tuple[Laid, ...]:
-        return tuple(Laid(recording, built, self.probes) for recording in self.recordings)
+        curves = [r for r in self.recordings if r.kind != "profile_scan"]
+        predicted = dict(zip(map(id, curves), laid_curves(curves, built), strict=True))
+        return tuple(Laid(r, built, self.probes, predicted.get(id(r))) for r in self.recordings)
 
     def _under(self, built: Built, laid: Sequence[Laid]) -> State:
         return State(built, tuple(one.under(r) for one, r in zip(laid, self.recordings, strict=True)))

@@ -16,7 +16,7 @@ from cycloid_profile.effects.built import Built
 from cycloid_profile.effects.pattern import removal_between
 from cycloid_profile.rig.first_order import FirstOrder
 from cycloid_profile.rig.gap import COLUMN
-from cycloid_profile.rig.prediction import predict_curve
+from cycloid_profile.rig.prediction import CurvePrediction, predict_curves
 from cycloid_profile.rig.registration import place_scan
 from cycloid_profile.units import DEGREE, UM
 
@@ -38,7 +38,13 @@ class Laid:
     shape (rows, n), each column scaled by its prior width.
     """
 
-    def __init__(self, recording: Recording, built: Built, probes: Probes | None = None) -> None:
+    def __init__(
+        self,
+        recording: Recording,
+        built: Built,
+        probes: Probes | None = None,
+        predicted: CurvePrediction | None = None,
+    ) -> None:
         self.recording, self.built = recording, built
         self.probes = Probes(built) if probes is None else probes
         self._columns: dict[int, tuple[Candidate, FloatArray]] = {}
@@ -58,10 +64,10 @@ class Laid:
             self.phase, self.lobe = self.placed.foot[rows], self.placed.lobe[rows]
             self.position = np.mod(self.placed.along[rows] + np.pi, self.placed.tooth.trochoid.phase_period)
         else:
-            known = recording.predicted
-            prediction = known if known is not None and known.built is built else predict_curve(built, measurement)
-            self.first_order = FirstOrder(prediction)
-            self.residual = (measurement[COLUMN[recording.kind]] - prediction.value)[rows]
+            if predicted is None:
+                predicted = laid_curves([recording], built)[0]
+            self.first_order = FirstOrder(predicted)
+            self.residual = measurement[COLUMN[recording.kind]][rows] - predicted.value
             ramp = np.linspace(-1.0, 1.0, rows.size)
             columns = [_DRIFT[recording.kind] * ramp]
             if recording.kind != "lost_motion_map":
@@ -114,9 +120,8 @@ class Laid:
                 along = self.phase + 2.0 * np.pi * self.lobe
                 self._weights[disc] = self.probes.weights(np.arange(rows), along, np.full(rows, 1.0 / UM), rows)
             else:
-                all_rows = self.first_order.prediction.value.size
-                weights = self.probes.weights(*self.first_order.flank_weights(disc), all_rows)
-                self._weights[disc] = weights[self.recording.rows]
+                pressed = self.first_order.flank_weights(disc)
+                self._weights[disc] = self.probes.weights(*pressed, self.residual.size)
         return self._weights[disc]
 
     def _of_change(self, candidate: Candidate) -> FloatArray:
@@ -135,11 +140,21 @@ class Laid:
 
     def _change(self, after: Built) -> FloatArray:
         if self.recording.kind != "profile_scan":
-            return self.first_order.change(after)[self.recording.rows]
+            return self.first_order.change(after)
         before, new = self.built.teeth[self.recording.disc], after.teeth[self.recording.disc]
         if new is before:
             return np.zeros(self.residual.size)
         return removal_between(before, new, self.phase, self.lobe) / UM
+
+
+def laid_curves(recordings: Sequence[Recording], built: Built) -> list[CurvePrediction]:
+    """What is predicted at the rows of curves; solved together, but for what was predicted before."""
+    known = {i: r.predicted for i, r in enumerate(recordings) if r.predicted is not None and r.predicted.built is built}
+    fresh = [i for i in range(len(recordings)) if i not in known]
+    found = dict(
+        zip(fresh, predict_curves(built, [(recordings[i].measurement, recordings[i].rows) for i in fresh]), strict=True)
+    )
+    return [known[i].at(r.rows) if i in known else found[i] for i, r in enumerate(recordings)]
 
 
 def settled(laid: Laid, held_out: bool = False) -> FloatArray:

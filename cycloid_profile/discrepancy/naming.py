@@ -24,7 +24,7 @@ _RESCORINGS = 40
 _RESCORINGS_FULL = 8
 _ROUNDS = 5
 _FINAL_ROUNDS = 2
-_COARSE_ROWS = 120
+_COARSE_ROWS = 240  # of all curves together
 _FEW_ROWS = 360
 _GAIN_KEPT = 500.0  # of chi², on the few rows that name an effect
 _WEAK = 60.0  # below this gain everything is linear
@@ -82,7 +82,7 @@ def _coarse(model: ExactModel, library: Library, tell: Callable[[str], None]) ->
 
     The model with the lobes of its scans counted by what leads, the climb, and where to go on.
     """
-    few = ExactModel(model.built, [thinned(r, _COARSE_ROWS) for r in model.recordings], model.probes)
+    few = _few(model)
     singles: list[Optimum] = []
     gain, linear = 0.0, list[Start]()
     for _ in range(_RECOUNTS):
@@ -97,7 +97,7 @@ def _coarse(model: ExactModel, library: Library, tell: Callable[[str], None]) ->
         if counted is model:
             break
         model = counted
-        few = ExactModel(model.built, [thinned(r, _COARSE_ROWS) for r in model.recordings], model.probes)
+        few = _few(model)
     thin = [thinned(r, _FEW_ROWS, _GAIN_KEPT / gain) for r in model.recordings]
     whole = all(a is b for a, b in zip(thin, model.recordings, strict=True))
     coarse = model if whole else ExactModel(model.built, thin, model.probes)
@@ -108,6 +108,12 @@ def _coarse(model: ExactModel, library: Library, tell: Callable[[str], None]) ->
         if climb.found and not leaves_something(climb.ranked[0]):
             break
     return model, climb, [(library.places(o.members), o.u) for o in climb.ranked[:1]]
+
+
+def _few(model: ExactModel) -> ExactModel:
+    curves = sum(r.kind != "profile_scan" for r in model.recordings)
+    rows = _COARSE_ROWS // max(curves, 1)
+    return ExactModel(model.built, [thinned(r, rows) for r in model.recordings], model.probes)
 
 
 def _chatter(state: State, members: Sequence[Candidate]) -> list[Candidate]:

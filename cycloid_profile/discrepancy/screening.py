@@ -23,6 +23,7 @@ _MOST_LOBES = 400
 # Median distances that no grinding machine is off by: of the points from the tooth, and about their middle.
 _ANOTHER_DISC = 0.05  # mm
 _ANOTHER_FORM = 0.025  # mm
+_MEDIAN_ROWS = 64
 _FAR = 25.0  # times more than predicted: no reducer, a unit
 _LOOSE = 0.05  # mm of play on each flank that is believed beyond that
 _STIFF = 0.35  # of the elastic twist, with rigid bearings and much friction: less is no reducer, a unit
@@ -206,11 +207,15 @@ def _turn(built: Built, measurement: Measurement) -> None:
 
 def _angles(built: Built, measurement: Measurement) -> None:
     """A twist that only another unit makes: looser than believable, or stiffer than mesh and bearings alone."""
-    measured, predicted = measurement[COLUMN[measurement.kind]], predict_curve(built, measurement).value
+    # Of a map the median is compared, which some rows tell; of a loop its ends.
+    count = measurement[COLUMN[measurement.kind]].size
+    loop = measurement.kind == "hysteresis"
+    rows = np.arange(0, count, 1 if loop else max(count // _MEDIAN_ROWS, 1))
+    measured, predicted = measurement[COLUMN[measurement.kind]][rows], predict_curve(built, measurement, rows).value
     there = np.isfinite(predicted)
     if not np.any(there):
         return
-    if measurement.kind == "hysteresis":
+    if loop:
         found, expected = float(np.ptp(measured)), float(np.ptp(predicted[there]))
         least = _STIFF * _elastic(measurement["torque_nm"], predicted)
     else:

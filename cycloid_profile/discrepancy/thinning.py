@@ -13,20 +13,17 @@ from cycloid_profile.discrepancy.recording import Recording
 def thinned(recording: Recording, rows: int, share: float = 0.0) -> Recording:
     """About ``rows`` of the rows to fit, or a ``share`` of them where that is more, evenly taken.
 
-    A loop needs its path and is left whole, a scan costs little.
+    A scan costs little and is left whole.
     """
     fit = recording.rows[~recording.held_out]
     step = int(fit.size / max(rows, share * fit.size))
-    if recording.kind in {"hysteresis", "profile_scan"} or step < 2:
+    if recording.kind == "profile_scan" or step < 2:
         return recording
     # An odd step never falls on the same side of a pair.
     chosen = fit[:: step | 1]
-    columns = {name: values[chosen] for name, values in recording.measurement.columns.items()}
     return replace(
         recording,
-        measurement=replace(recording.measurement, columns=columns),
-        rows=np.arange(chosen.size),
+        rows=chosen,
         held_out=np.zeros(chosen.size, dtype=bool),
         noise=Noise(recording.noise.sigma, recording.noise.rho ** (step | 1)),
-        predicted=None,
     )

@@ -17,7 +17,6 @@ from cycloid_profile.contact.support import support_model
 from cycloid_profile.effects.built import Built
 from cycloid_profile.effects.pattern import removal_between
 from cycloid_profile.geometry.profile import ToothProfile
-from cycloid_profile.measurement.files import Measurement
 from cycloid_profile.rig.hysteresis import stage_torque
 from cycloid_profile.rig.prediction import CurvePrediction, Term, torque_before
 from cycloid_profile.units import NEWTON_METRE
@@ -38,7 +37,7 @@ class FirstOrder:
 
     def __init__(self, prediction: CurvePrediction) -> None:
         self.prediction = prediction
-        self._terms = [_TermAnswer(prediction.built, term, prediction.measurement) for term in prediction.terms]
+        self._terms = [_TermAnswer(prediction, term) for term in prediction.terms]
 
     def change(self, after: Built) -> FloatArray:
         """What the column gains when the reducer becomes ``after``, in its unit, shape (rows,); not NaN anywhere."""
@@ -59,8 +58,9 @@ class FirstOrder:
 class _TermAnswer:
     """Answer of one term; loaded pins only, because the others do not matter."""
 
-    def __init__(self, built: Built, term: Term, measurement: Measurement) -> None:
-        self.built, self.term, self.measurement = built, term, measurement
+    def __init__(self, prediction: CurvePrediction, term: Term) -> None:
+        self.built, self.term = prediction.built, term
+        self.measurement, self.rows = prediction.measurement, prediction.rows
 
     @cached_property
     def influence(self) -> Influence:
@@ -155,7 +155,7 @@ class _TermAnswer:
             return 0.0
         torque = self.measurement["torque_nm"] * NEWTON_METRE
         pushed = torque_before(self.measurement)
-        left = stage_torque(torque, after.coulomb_torque, after.proportional_friction, pushed)
+        left = stage_torque(torque, after.coulomb_torque, after.proportional_friction, pushed)[self.rows]
         compliance = 1.0 / self.term.sharing.torsional_stiffness + before.series_compliance
         wound: FloatArray = np.nan_to_num(compliance) * (left - self.term.through)
         return wound

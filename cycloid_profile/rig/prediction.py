@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 
-from cycloid_profile.arrays import FloatArray
+from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
 from cycloid_profile.contact.sharing import LoadSharing
 from cycloid_profile.contact.stage import StageEquilibrium
 from cycloid_profile.effects.built import Built
@@ -32,7 +34,7 @@ class Term:
     sharing: LoadSharing
     output_angle: FloatArray
     through: FloatArray
-    settled: np.ndarray
+    settled: BoolArray
 
     def angle(self, built: Built) -> FloatArray:
         """Angle the encoder reads, NaN where not settled, shape (rows,) [rad]."""
@@ -42,13 +44,26 @@ class Term:
         )
         return read
 
+    def at(self, rows: IntArray) -> Term:
+        """The same at some of its rows."""
+        return replace(
+            self,
+            sharing=_part(self.sharing, rows),
+            output_angle=self.output_angle[rows],
+            through=self.through[rows],
+            settled=self.settled[rows],
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class CurvePrediction:
-    """Predicted column: ``value`` in the unit of the column, shape (rows,), and the ``terms`` it is made of."""
+    """Predicted column at some ``rows`` of the file: ``value`` in the unit of the column, shape (rows,), and the
+    ``terms`` it is made of.
+    """
 
     built: Built
     measurement: Measurement
+    rows: IntArray
     value: FloatArray
     terms: tuple[Term, ...]
 
@@ -57,27 +72,63 @@ class CurvePrediction:
         """Radians in the unit of the column."""
         return CURVE_UNITS[self.measurement.kind]
 
+    def at(self, rows: IntArray) -> CurvePrediction:
+        """The same at some of the rows of the file, which must all have been predicted."""
+        where = np.full(int(np.max(self.rows, initial=0)) + 1, -1, dtype=np.intp)
+        where[self.rows] = np.arange(self.rows.size)
+        some = where[rows]
+        return replace(self, rows=rows, value=self.value[some], terms=tuple(term.at(some) for term in self.terms))
 
-def predict_curve(built: Built, measurement: Measurement) -> CurvePrediction:
+
+@dataclass(frozen=True, eq=False)
+class _Leg:
+    """A term before it is solved: ``pressed``, torque on the stage, where it floats one that does not matter."""
+
+    weight: float
+    output_angle: FloatArray
+    pressed: FloatArray
+    through: FloatArray
+    afloat: BoolArray
+
+    def solved(self, sharing: LoadSharing) -> Term:
+        settled = sharing.settled & ~self.afloat
+        return Term(self.weight, sharing, self.output_angle, self.through, settled)
+
+
+def predict_curve(built: Built, measurement: Measurement, rows: IntArray | None = None) -> CurvePrediction:
     """The angle column of a loop, transmission error or lost motion map; a zero of the angle is not taken off.
 
-    Rows of a loop at which the stage floats in its backlash are NaN.
+    At some ``rows`` or at all of them. Rows of a loop at which the stage floats in its backlash are NaN.
 
     Raises
     ------
     MeasurementError
         If the torque of the file is zero.
     """
-    if measurement.kind == "hysteresis":
-        terms: tuple[Term, ...] = (_loop(built, measurement),)
-    else:
-        angle = measurement["output_angle_deg"] * DEGREE
-        torque = np.full(angle.size, _torque(measurement))
-        terms = (_term(built, 1.0, angle, torque),)
-        if measurement.kind == "lost_motion_map":
-            terms = (*terms, _term(built, -1.0, angle, -torque))
-    value = sum(term.weight * term.angle(built) for term in terms) / CURVE_UNITS[measurement.kind]
-    return CurvePrediction(built, measurement, np.asarray(value), terms)
+    every = np.arange(next(iter(measurement.columns.values())).size)
+    (found,) = predict_curves(built, [(measurement, every if rows is None else rows)])
+    return found
+
+
+def predict_curves(built: Built, asked: Sequence[tuple[Measurement, IntArray]]) -> list[CurvePrediction]:
+    """The same for several files, each at some of its rows: all are solved together, which costs least."""
+    legs = [_legs(built, measurement, rows) for measurement, rows in asked]
+    flat = [leg for own in legs for leg in own]
+    if not flat:
+        return []
+    angle = np.concatenate([leg.output_angle for leg in flat])
+    crank = -angle * built.case.drive.trochoid.lobes
+    together = StageEquilibrium(as_built=built.parts).at(
+        built.case, crank, np.concatenate([leg.pressed for leg in flat])
+    )
+    ends = np.cumsum([leg.pressed.size for leg in flat])
+    shares = iter(_part(together, slice(end - leg.pressed.size, end)) for leg, end in zip(flat, ends, strict=True))
+    found = []
+    for (measurement, rows), own in zip(asked, legs, strict=True):
+        terms = tuple(leg.solved(next(shares)) for leg in own)
+        value = sum(term.weight * term.angle(built) for term in terms) / CURVE_UNITS[measurement.kind]
+        found.append(CurvePrediction(built, measurement, rows, np.asarray(value), terms))
+    return found
 
 
 def torque_before(measurement: Measurement) -> float:
@@ -86,20 +137,35 @@ def torque_before(measurement: Measurement) -> float:
     return -1.0 if torque[min(1, torque.size - 1)] >= torque[0] else 1.0
 
 
-def _loop(built: Built, measurement: Measurement) -> Term:
-    torque = measurement["torque_nm"] * NEWTON_METRE
-    angle = np.full(torque.size, (measurement.number("output_angle_deg") or 0.0) * DEGREE)
-    left = stage_torque(torque, built.coulomb_torque, built.proportional_friction, torque_before(measurement))
-    least = AFLOAT * abs(built.case.torque)
-    afloat = np.abs(left) < least
-    term = _term(built, 1.0, angle, np.where(afloat, least, left))
-    return Term(1.0, term.sharing, angle, left, term.settled & ~afloat)
+def _legs(built: Built, measurement: Measurement, rows: IntArray) -> list[_Leg]:
+    never = np.zeros(rows.size, dtype=bool)
+    if measurement.kind == "hysteresis":
+        # What friction leaves depends on the whole path.
+        path = measurement["torque_nm"] * NEWTON_METRE
+        left = stage_torque(path, built.coulomb_torque, built.proportional_friction, torque_before(measurement))[rows]
+        angle = np.full(rows.size, (measurement.number("output_angle_deg") or 0.0) * DEGREE)
+        least = AFLOAT * abs(built.case.torque)
+        afloat = np.abs(left) < least
+        return [_Leg(1.0, angle, np.where(afloat, least, left), left, afloat)]
+    angle = measurement["output_angle_deg"][rows] * DEGREE
+    torque = np.full(rows.size, _torque(measurement))
+    there = _Leg(1.0, angle, torque, torque, never)
+    return [there, _Leg(-1.0, angle, -torque, -torque, never)] if measurement.kind == "lost_motion_map" else [there]
 
 
-def _term(built: Built, weight: float, output_angle: FloatArray, torque: FloatArray) -> Term:
-    crank = -output_angle * built.case.drive.trochoid.lobes
-    solved = StageEquilibrium(as_built=built.parts).at(built.case, crank, torque)
-    return Term(weight, solved, output_angle, torque, solved.settled)
+def _part(sharing: LoadSharing, which: slice | IntArray) -> LoadSharing:
+    """The load at some of the poses."""
+    arrays: dict[str, Any] = {
+        field.name: getattr(sharing, field.name)[which]
+        for field in fields(sharing)
+        if isinstance(getattr(sharing, field.name), np.ndarray)
+    }
+    stage = sharing.stage
+    if stage is not None:
+        names = ("motion", "normal", "bearing_force", "energy")
+        of_stage: dict[str, Any] = {name: getattr(stage, name)[which] for name in names}
+        stage = replace(stage, meshing=stage.meshing.poses(which), **of_stage)
+    return replace(sharing, **arrays, max_force=float(np.max(arrays["force"], initial=0.0)), stage=stage)
 
 
 def _torque(measurement: Measurement) -> float:
