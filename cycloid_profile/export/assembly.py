@@ -30,6 +30,7 @@ _COLOURS = {
     "output pin": (0.35, 0.55, 0.40),
     "carrier plate": (0.40, 0.55, 0.70),
 }
+_SHADE = 0.1
 _SIZED_TO_FIT = Substance("unnamed", "sized to show and to fit, not designed")
 
 
@@ -54,7 +55,7 @@ class StepAssemblyExporter:
         export = record.spec.export
         tolerance = export.chord_tolerance_um * UM
         splines = disc_splines(record.profile, export.step.degree, FIT_SHARE * tolerance)
-        discs = [_disc(record, splines, place) for place in disc_places(record.drive)]
+        discs = [_disc(record, splines, place, j) for j, place in enumerate(disc_places(record.drive))]
         parts = (*discs, *(_part(record, part) for part in stage_parts(record.drive, record.outline)))
         path = folder / self.filename
         write_assembly(plain_name(record.spec.name), parts, path, export.step.schema)
@@ -76,10 +77,12 @@ class StepAssemblyExporter:
         )
 
 
-def _disc(record: DesignRecord, splines: tuple[SplinePiece, ...], place: Place) -> Part:
+def _disc(record: DesignRecord, splines: tuple[SplinePiece, ...], place: Place, number: int) -> Part:
     outline = mounted(record.outline, place)
     solid = plate(splines, outline.contours, 0.0, record.drive.disc_width)
-    return Part(place.name, solid, DISC_COLOUR, substance(record.spec.materials.disc), (place,))
+    # A shade for each: two parts of one colour would share its entity, in an order that changes.
+    red, green, blue = (channel * (1.0 - _SHADE * number) for channel in DISC_COLOUR)
+    return Part(place.name, solid, (red, green, blue), substance(record.spec.materials.disc), (place,))
 
 
 def _part(record: DesignRecord, part: StagePart) -> Part:

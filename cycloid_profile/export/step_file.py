@@ -14,6 +14,12 @@ from cycloid_profile.export.stage_parts import Place
 TIMESTAMP = "2000-01-01T00:00:00"  # fixed, so that equal input gives equal bytes
 # What the kernel calls them: AP214 second edition, AP242 of 2014.
 SCHEMAS = {"AP214": "AP214IS", "AP242": "AP242DIS"}
+# A colour's block of entities: its context, the solid it is of, red, green and blue.
+_STYLE = re.compile(
+    r"(PRESENTATION_REPRESENTATION\('',\(\s*#\d+\),\s*#)(\d+)(\);\s*#\d+ = STYLED_ITEM\('color',\(#\d+\),\s*#)(\d+)"
+    r"(\);(?:(?!STYLED_ITEM).)*?COLOUR_RGB\()([^)]*)",
+    re.DOTALL,
+)
 _OCCURRENCE = re.compile(r"(NEXT_ASSEMBLY_USAGE_OCCURRENCE\(\s*)'\d+'")
 
 
@@ -61,7 +67,7 @@ def write_assembly(name: str, parts: tuple[Part, ...], path: Path, schema: str) 
             TDataStd_Name.Set_s(component, TCollection_ExtendedString(place.name))
     shapes.UpdateAssemblies()
     _save(document, path, name, schema)
-    _number_occurrences(path)
+    _in_fixed_order(path)
 
 
 def _document() -> tuple[Any, Any]:
@@ -106,12 +112,21 @@ def _location(place: Place) -> Any:
     return TopLoc_Location(move.Multiplied(turn))
 
 
-def _number_occurrences(path: Path) -> None:
-    """Number the parts' occurrences from 1: the kernel counts on from the last file of the process."""
+def _in_fixed_order(path: Path) -> None:
+    """Take out what changes from file to file: the kernel numbers the parts' occurrences on through the process,
+    and writes their colours in the order of addresses in memory.
+    """
     numbers = itertools.count(1)
     text = path.read_text(encoding="ascii")
     text = _OCCURRENCE.sub(lambda found: f"{found[1]}'{next(numbers)}'", text)
-    path.write_text(text, encoding="ascii", newline="\n")
+    styles = [(found[2], found[4], found[6]) for found in _STYLE.finditer(text)]
+    ordered = iter(sorted(styles, key=lambda style: int(style[1])))
+
+    def restyled(found: re.Match[str]) -> str:
+        context, solid, colour = next(ordered)
+        return f"{found[1]}{context}{found[3]}{solid}{found[5]}{colour}"
+
+    path.write_text(_STYLE.sub(restyled, text), encoding="ascii", newline="\n")
 
 
 def _save(document: Any, path: Path, name: str, schema: str) -> None:
