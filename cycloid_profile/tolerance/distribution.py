@@ -145,6 +145,6 @@ class Rayleigh:
 
 
 def rayleigh_within(limit: float, cp: float, inspected: bool) -> Rayleigh:
-    """As many lengths beyond ``limit``·Cp as a normal distribution has beyond its limits at Cp = 1."""
+    """As many lengths beyond ``limit``/Cp as a normal distribution has beyond its limits at Cp = 1."""
     sigma = limit / (cp * math.sqrt(-2.0 * math.log(1.0 - _WITHIN_LIMITS)))
     return Rayleigh(sigma, limit if inspected else math.inf)

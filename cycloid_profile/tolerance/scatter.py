@@ -9,6 +9,8 @@ from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import Any
 
+import numpy as np
+
 from cycloid_profile.effects.built import Built
 from cycloid_profile.effects.coordinates import Coordinates, coordinates
 from cycloid_profile.effects.effect import Effect, parameters
@@ -18,6 +20,7 @@ from cycloid_profile.tolerance.distribution import Distribution, Normal, Rayleig
 
 # Parts of which each can have its own size, and the parameter of an effect that numbers them.
 PARTS = {"pin": "pin", "disc": "disc", "crank": "crank", "lobe": "lobe", "planet": "planet"}
+_FARTHEST = 6.0  # standard deviations, beyond which no reducer of any study lies
 # Effects that none of the quantities sees, or that change more than gaps and fits, with the reason.
 _REFUSED = {
     "coulomb_friction": "moves both branches of the loop alike and none of these quantities",
@@ -179,6 +182,13 @@ def _scatter(table: Mapping[str, Any], built: Built, where: str) -> Scatter:
         first = next(p.name for p in parameters(kind) if p.tolerance is not None)
         raise SpecError(f"{where}.{first}", fixed.get(first, "not given"), "is no distribution",
                         f"give {first} = {{ plus_minus = 1.0 }}")  # fmt: skip
+    if len(sizes) > 1:
+        raise SpecError(f"{where}.{sizes[1].name}", "given", f"scatters beside {sizes[0].name}",
+                        "give one of them a number", " ")  # fmt: skip
+    for p in parameters(kind):
+        if p.whole and p.name in given and p.name not in fixed:
+            raise SpecError(f"{where}.{p.name}", "given", "is a part and no size",
+                            "give its number, or 'each' for all of them", " ")  # fmt: skip
     size_name = sizes[0].name
     for p in open_sizes:
         if p.name != size_name:
@@ -198,12 +208,19 @@ def _scatter(table: Mapping[str, Any], built: Built, where: str) -> Scatter:
         cost=_cost(table, where),
         label=str(table.get("label", name)),
     )
+    if scatter.neighbours and len(choices) < 2:
+        raise SpecError(f"{where}.neighbours", f"{scatter.neighbours:g}", "has only one part to act on", "give 'each'")
+    if axes.inverse and size.of(np.array([-_FARTHEST]))[0] <= 0.0:
+        raise SpecError(f"{where}.{size_name}", "given", "reaches zero, a part that is infinitely soft",
+                        "make it narrower", " ")  # fmt: skip
     _try(scatter, built, where)
     return scatter
 
 
 _OTHER_KEYS = ("name", "label", "each", "batch_share", "neighbours", "cost", "cost_exponent", "cost_fixed", "finest",
                "coarsest")  # fmt: skip
+_CORRELATION_KEYS = ("between", "value")
+_ANGLE_KEYS = ("mean", "plus_minus")
 _SIZE_KEYS = ("plus_minus", "sigma", "mean", "cp", "distribution", "inspected")
 
 
@@ -228,35 +245,39 @@ def _distribution(value: Mapping[str, Any], axes: Coordinates, where: str) -> tu
     if shape not in (*_SHAPES, "rayleigh"):
         raise SpecError(f"{where}.distribution", f"'{shape}'", "is not known",
                         f"choose from {', '.join((*_SHAPES, 'rayleigh'))}")  # fmt: skip
-    inspected = bool(value.get("inspected", False))
+    if shape == "rayleigh" and (not directed or value.get("mean")):
+        raise SpecError(f"{where}.distribution", "'rayleigh'", "is for a size with a direction and without a mean",
+                        "choose normal")  # fmt: skip
+    inspected = value.get("inspected", False)
+    if not isinstance(inspected, bool):
+        raise SpecError(f"{where}.inspected", repr(inspected), "is neither true nor false", "give true or false")
     if "sigma" in value:
         sigma = _number(value, "sigma", 0.0, where, 0.0, 1e6)
         if "plus_minus" in value:
             raise SpecError(f"{where}.sigma", sigma, "is given beside plus_minus", "give one of them")
-        if shape == "rayleigh":
-            return Rayleigh(sigma), None
-        if shape != "normal" or inspected:
-            raise SpecError(f"{where}.sigma", sigma, f"goes with a plain normal distribution, not {shape} or inspected",
+        if "cp" in value:
+            raise SpecError(f"{where}.cp", cp, "is given beside sigma, which it has no limits to compare with",
+                            "give plus_minus in place of sigma")  # fmt: skip
+        if shape not in ("normal", "rayleigh") or inspected:
+            raise SpecError(f"{where}.sigma", sigma,
+                            f"goes with a distribution without limits, no {shape} or inspected",
                             "give plus_minus")  # fmt: skip
-        return Normal(_mean(value, axes, where), sigma), None
+        return (Rayleigh(sigma) if shape == "rayleigh" else Normal(_mean(value, axes, where), sigma)), None
     wide = _number(value, "plus_minus", axes.size.tolerance or 1.0, where, 0.0, 1e6)
     if shape == "rayleigh":
-        if not directed or value.get("mean"):
-            raise SpecError(f"{where}.distribution", "'rayleigh'", "is for a size with a direction and without a mean",
-                            "choose normal")  # fmt: skip
         return rayleigh_within(wide, cp, inspected), wide
-    mean = _mean(value, axes, where)
-    return _SHAPES[shape](mean, wide, wide / (3.0 * cp), inspected), wide
+    return _SHAPES[shape](_mean(value, axes, where), wide, wide / (3.0 * cp), inspected), wide
 
 
 def _mean(value: Mapping[str, Any], axes: Coordinates, where: str) -> float:
     return _number(value, "mean", 0.0, where, axes.size.low, axes.size.high)
 
 
-def _angle(value: Any, where: str) -> Distribution:
+def _angle(value: Mapping[str, Any], where: str) -> Distribution:
     """Any direction, unless one is given."""
-    if isinstance(value, int | float):
-        return Normal(float(value), 0.0)
+    for key in value:
+        if key not in _ANGLE_KEYS:
+            raise SpecError(f"{where}.{key}", value[key], "is not a key of a direction", _nearest(key, _ANGLE_KEYS))
     mean = _number(value, "mean", 0.0, where, -3600.0, 3600.0)
     return Uniform(mean, _number(value, "plus_minus", 180.0, where, 0.0, 180.0))
 
@@ -278,8 +299,9 @@ def _cost(table: Mapping[str, Any], where: str) -> Cost | None:
 
 def _number(table: Mapping[str, Any], key: str, default: float, where: str, low: float, high: float) -> float:
     value = table.get(key, default)
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise SpecError(f"{where}.{key}", repr(value), "is not a number", "give a number")
+    # Whole numbers of a spec file can be larger than any float.
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e300:
+        raise SpecError(f"{where}.{key}", repr(value)[:40], "is not a number", "give a number")
     if not low <= value <= high:
         raise SpecError(f"{where}.{key}", f"{value:g}", f"is outside {low:g} to {high:g}", "give a number within")
     return float(value)
@@ -289,26 +311,29 @@ def _choices(
     table: Mapping[str, Any], kind: type[Effect], fixed: Mapping[str, Any], built: Built, where: str
 ) -> tuple[Mapping[str, Any], ...]:
     each = table.get("each", [])
-    parts = [each] if isinstance(each, str) else list(each)
+    parts = list(each) if isinstance(each, list | tuple) else [each]
     trochoid = built.case.drive.trochoid
     counts = {"pin": trochoid.pins, "disc": built.discs, "crank": built.cranks, "lobe": trochoid.lobes,
               "planet": built.cranks}  # fmt: skip
     known = {p.name for p in parameters(kind)}
     for part in parts:
-        if part not in PARTS or PARTS[part] not in known:
+        if not isinstance(part, str) or PARTS.get(part) not in known:
             own = [one for one, key in PARTS.items() if key in known]
             remedy = f"choose from {', '.join(own)}" if own else "leave 'each' out: the effect is one a reducer"
             raise SpecError(f"{where}.each", f"'{part}'", f"is no part that {kind.name} knows", remedy)
         if counts[part] == 0:
             raise SpecError(f"{where}.each", f"'{part}'", "is a part this drive has not", "leave the entry out")
+        if PARTS[part] in fixed:
+            raise SpecError(f"{where}.each", f"'{part}'", f"is fixed by {PARTS[part]} = {fixed[PARTS[part]]}",
+                            "leave one of them out")  # fmt: skip
+    if len(set(parts)) < len(parts):
+        raise SpecError(f"{where}.each", repr(parts), "names a part twice", "name each once")
     numbers = product(*(range(1, counts[part] + 1) for part in parts))
     return tuple({**fixed, **dict(zip((PARTS[p] for p in parts), n, strict=True))} for n in numbers)
 
 
 def _try(scatter: Scatter, built: Built, where: str) -> None:
     """Make one, so that what is impossible is said now."""
-    import numpy as np
-
     x = np.zeros(scatter.axes.count)
     x[0] = 1.0 / (scatter.axes.size.high) if scatter.axes.inverse else 1e-3
     try:
@@ -319,13 +344,15 @@ def _try(scatter: Scatter, built: Built, where: str) -> None:
 
 
 def _correlations(tables: Sequence[Mapping[str, Any]], scatters: Sequence[Scatter]) -> tuple[Correlation, ...]:
-    import numpy as np
-
     names = [one.parameter if one.label == one.kind.name else one.label for one in scatters]
     found = []
     matrix = np.eye(len(scatters))
     for i, table in enumerate(tables, start=1):
         where = f"tolerance.correlations[{i}]"
+        for key in table:
+            if key not in _CORRELATION_KEYS:
+                raise SpecError(f"{where}.{key}", table[key], "is not a key of a correlation",
+                                _nearest(key, _CORRELATION_KEYS))  # fmt: skip
         between = table.get("between", ())
         if not isinstance(between, list | tuple) or len(between) != 2:
             raise SpecError(f"{where}.between", repr(between), "is not two names", f"choose from {', '.join(names)}")
@@ -341,6 +368,11 @@ def _correlations(tables: Sequence[Mapping[str, Any]], scatters: Sequence[Scatte
                 "give both the same 'each'",
                 " ",
             )
+        if "value" not in table:
+            raise SpecError(f"{where}.value", "", "is not given", "give a number from -1 to 1", "")
+        if matrix[a, b] != 0.0:
+            raise SpecError(f"{where}.between", f"'{between[0]}' and '{between[1]}'", "is given twice",
+                            "give it once", " ")  # fmt: skip
         value = _number(table, "value", 0.0, where, -1.0, 1.0)
         matrix[a, b] = matrix[b, a] = value
         found.append(Correlation(a, b, value))

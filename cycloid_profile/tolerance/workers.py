@@ -17,8 +17,6 @@ from cycloid_profile.tolerance.study import Study
 # Chunks under way for each worker: enough to keep it busy, few enough to hold their answers.
 _AHEAD = 3
 _TIMEOUT = 10.0  # s to find a scheduler
-# A chunk that killed so many workers would kill the others, too.
-_RETRIES = 5
 
 
 class Workers(Protocol):
@@ -39,7 +37,7 @@ class Threads:
         """See ``Workers.results``."""
         # What all chunks share is made before they start: two threads would make it twice.
         assert study.measures.answers
-        count = self.count or len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+        count = self.count or cores()
         left = list(numbers)[::-1]
         under_way: dict[Future[FloatArray], int] = {}
         with ThreadPoolExecutor(count) as pool:
@@ -54,6 +52,11 @@ class Threads:
             finally:
                 for future in under_way:
                     future.cancel()
+
+
+def cores() -> int:
+    """Cores this process may run on, where the system tells; those of the machine elsewhere."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +94,7 @@ class Cluster:
             client.close()
 
     def _submitted(self, client: Any, data: bytes, name: str, number: int) -> Any:
-        return client.submit(chunk_values, data, number, key=f"{name}-{number}", retries=_RETRIES)
+        return client.submit(chunk_values, data, number, key=f"{name}-{number}")
 
     def _answer(self, future: Any) -> tuple[int, FloatArray]:
         if future.status != "finished":

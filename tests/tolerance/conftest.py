@@ -34,7 +34,7 @@ def large(rv40e: Drive, rated_torque: float) -> Built:
 def scattered(small: Built) -> Callable[..., Tolerances]:
     """Tolerances of the small reducer from tables of a spec file."""
 
-    def made(*tables: dict[str, Any], correlations: tuple[dict[str, Any], ...] = (), built: Built = small) -> Tolerances:
+    def made(*tables: dict[str, Any], correlations: tuple[Any, ...] = (), built: Built = small) -> Tolerances:
         return tolerances_of(tables, correlations, built)
 
     return made
