@@ -122,7 +122,7 @@ def _mark_detail(sheet: Sheet, record: DesignRecord, place: Place) -> None:
     # Tips stand half a pitch beside root 1, which is at the top.
     lobe = round(40.0 / (360.0 / lobes))
     angle = 90.0 - (lobe + 0.5) * 360.0 / lobes
-    size = max(3.0, 0.75 * 2.0 * place.radius * math.sin(math.pi / lobes))
+    size = min(max(3.0, 1.1 * place.radius * math.sin(math.pi / lobes)), 0.3 * place.radius)
     middle = place.centre + polar(0.5 * (outline.root_radius + outline.tip_radius) / sheet.unit, angle)
     sheet.circle(middle, size)
     sheet.text(middle + polar(size + 2.0, angle) - 1.0j, "Z", 3.5)

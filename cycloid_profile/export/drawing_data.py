@@ -13,8 +13,8 @@ from cycloid_profile.spec.drawing import DrawingSpec
 from cycloid_profile.units import UM
 
 _ROLLER_STEP = 0.5  # mm, diameters that rollers are sold in
-_LARGER = 1.1  # times the concave radius of the root: such a roller rests on both flanks
-_ON_TIPS = 0.8 * math.pi
+_LARGER, _LARGEST = 1.1, 2.0  # times the concave radius of the root, so that it rests on both flanks; times the pin
+_ON_ROOT, _ON_TIPS = 1e-4, 0.8 * math.pi  # rad
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +70,8 @@ def check_sizes(record: DesignRecord) -> tuple[OverRollers, ...]:
     step = _ROLLER_STEP if record.drive.pin_radius > 1.0 else 0.1 * _ROLLER_STEP
     diameter = step * math.ceil(2.0 * _LARGER * max(concave, record.drive.pin_radius) / step)
     larger = over_rollers(record.profile, 0.5 * diameter)
-    return (nominal, larger) if 0.0 < larger.seat < _ON_TIPS else (nominal,)
+    sensible = diameter <= _LARGEST * 2.0 * record.drive.pin_radius and _ON_ROOT < larger.seat < _ON_TIPS
+    return (nominal, larger) if sensible else (nominal,)
 
 
 def notes(record: DesignRecord, fields: DrawingSpec, digest: str) -> tuple[str, ...]:
@@ -89,7 +90,7 @@ def notes(record: DesignRecord, fields: DrawingSpec, digest: str) -> tuple[str, 
 
 
 def _over(check: OverRollers) -> TableRow:
-    seat = "root" if check.seat == 0.0 else f"ψ ±{math.degrees(check.seat):.1f}°"
+    seat = "root" if check.seat < _ON_ROOT else f"ψ ±{math.degrees(check.seat):.1f}°"
     return TableRow(f"over two rollers φ{2.0 * check.roller_radius:g}, on {seat}", "M", _mm(check.size, 4))
 
 

@@ -19,8 +19,8 @@ from cycloid_profile.units import UM
 _BEYOND = 0.1 * math.pi  # phase shown beyond the roots
 _POINTS = 1201
 _WIDEST, _HIGHEST = 146.0, 30.0
-_PIN_SHOWN = 60.0  # ° on either side of its lowest point
-_GRAPH = 46 + 34j
+_PIN_SHOWN, _PIN_WIDTH = 60.0, 22.0  # ° on either side of its lowest point, but no wider, mm
+_GRAPH, _HEADROOM = 46 + 34j, 1.15
 
 
 def detail_scale(record: DesignRecord, scales: tuple[float, ...]) -> float:
@@ -48,10 +48,9 @@ def draw_detail(sheet: Sheet, record: DesignRecord, at: complex, scale: float, s
     down = min(left_root.imag, at.imag) - 9.0
     for end in (left_root, right_root):
         along = (hub - end) / abs(hub - end)
-        length = (end.imag - down + 3.0) / abs(along.imag)
-        sheet.line(end - 4.0 * along, end + length * along, "CENTRE")
+        sheet.line(end - 4.0 * along, end + 4.0 * along, "CENTRE")
     sheet.dimension(left_root, right_root, complex(at.real, down), 0.0, "<>", enlarged)
-    edge = float(np.min(tooth.real)) - 6.0
+    edge = min(float(np.min(tooth.real)), left_root.real - _PIN_WIDTH) - 6.0
     top = at + 1j * (tip - root) * scale
     sheet.dimension(complex(at.real, at.imag), top, complex(edge, at.imag), 90.0, "<>", enlarged)
     _radii(sheet, record, tooth, at, scale, complex(hub.real, hub.imag))
@@ -86,7 +85,8 @@ def _pin(sheet: Sheet, record: DesignRecord, root: complex, hub: complex, scale:
     out = (root - hub) / abs(root - hub)
     centre = hub + out * over_rollers(record.profile, radius).centre_radius * scale
     lowest = math.degrees(cmath.phase(-out))
-    sheet.arc(centre, radius * scale, lowest - _PIN_SHOWN, lowest + _PIN_SHOWN, "PINS")
+    shown = min(_PIN_SHOWN, math.degrees(math.asin(min(1.0, _PIN_WIDTH / (radius * scale)))))
+    sheet.arc(centre, radius * scale, lowest - shown, lowest + shown, "PINS")
     sheet.text(root + out * min(radius * scale, 12.0) - 0.5j * SMALL, f"pin φ{2.0 * radius:g}", SMALL, "CENTER")
 
 
@@ -106,9 +106,10 @@ def draw_removal(sheet: Sheet, record: DesignRecord, corner: complex) -> None:
     """Graph of the material removed along the normal from the theoretical tooth, root to tip, from its lower left."""
     psi = np.linspace(0.0, math.pi, 181)
     points = record.profile.at(psi, np.ones_like(psi)).position
-    removed = -distances(record.drive.theoretical_profile, points) / UM
+    # To the picometre, so that an unmodified tooth shows nothing.
+    removed = np.round(-distances(record.drive.theoretical_profile, points) / UM, 6) + 0.0
     low, high = min(0.0, float(np.min(removed))), max(0.0, float(np.max(removed)))
-    span = max(high - low, 1e-3)
+    span = _HEADROOM * max(high - low, 1e-3)
     width, height = _GRAPH.real, _GRAPH.imag
 
     def place(phase: float, value: float) -> complex:
@@ -122,7 +123,8 @@ def draw_removal(sheet: Sheet, record: DesignRecord, corner: complex) -> None:
         sheet.line(at, at + 1.5j)
         sheet.text(at - 3.2j, name, SMALL, "CENTER")
         sheet.text(at - 6.4j, f"{removed[45 * i] + 0.0:.2f}", SMALL, "CENTER")
-    sheet.text(corner - 1.0 + 1j * height - 1j * SMALL, f"{high:.3g}", SMALL, "RIGHT")
-    sheet.text(corner - 1.0, f"{low:.3g}", SMALL, "RIGHT")
+    for value in sorted({low, 0.0, high}):
+        sheet.line(place(0.0, value), place(0.0, value) + 1.5)
+        sheet.text(place(0.0, value) - 1.0 - 0.5j * SMALL, f"{value:.3g}", SMALL, "RIGHT")
     sheet.text(corner + 0.5 * width + 1j * (height + 1.6), "removal along the normal [µm]", TEXT, "CENTER")
     sheet.text(corner + 0.5 * width - 9.8j, "over phase ψ; values below", SMALL, "CENTER")

@@ -81,9 +81,10 @@ class Sheet:
         """One line of text, made lower where it is wider than ``room``."""
         from ezdxf.enums import TextEntityAlignment
 
+        if not text:
+            return
         shown = drawable(text)
-        wide = text_width(shown, height)
-        height = height * min(1.0, room / wide) if wide > 0.0 else height
+        height *= min(1.0, room / text_width(shown, height))
         entity = self.space.add_text(
             shown,
             height=height * self.unit,

@@ -95,14 +95,15 @@ def _leaders(sheet: Sheet, record: DesignRecord, fields: DrawingSpec, place: Pla
         windows = [contour for contour in _upright(record.outline.contours) if contour.name.startswith("window")]
         edges = [complex(p) for window in windows for p in window.points(_CHORDS)]
         lines = [f"{w.count} × window {w.span_deg:g}°", f"R{w.inner_radius_mm:g} to R{w.outer_radius_mm:g}"]
+        if w.corner_radius_mm is not None:
+            lines.append(f"corners R{w.corner_radius_mm:g}")
         notes.append((centre + min(edges, key=lambda p: p.real) / unit, lines))
     if disc.keyway is not None:
         key = disc.keyway
         at = polar(key.depth_mm + _bore_radius(record), key.first_at_deg + 90.0)
         fit = "" if fields.keyway_fit is None else f" {fields.keyway_fit}"
         many = "" if key.count == 1 else f"{key.count} × "
-        deep = _bore_radius(record) + key.depth_mm
-        lines = [f"{many}keyway {key.width_mm:g}{fit}", f"{deep:.6g} from axis"]
+        lines = [f"{many}keyway {key.width_mm:g}{fit}", f"height {2.0 * _bore_radius(record) + key.depth_mm:.6g}"]
         notes.append((centre + at / unit, lines))
     pitch = record.drive.trochoid.longest_lever
     notes.append((centre + polar(pitch / unit, 205.0), [f"φ{2.0 * pitch:.6g}", "pitch circle"]))

@@ -1,0 +1,313 @@
+"""The DXF files by their group codes, and by programs that share no code with their writer.
+
+The reader ``dxf_codes`` is the test's own. dxf-parser (npm), FreeCAD and LibreCAD are asked where they are installed.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import shutil
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import ezdxf
+import msgspec
+import numpy as np
+import pytest
+from dxf_codes import entities, header, numbers, polyline_arcs, spline_points, turns_between
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from independent import ExactCurve
+
+from cycloid_profile.design.from_spec import conventional_profile, disc_outline, drive_of
+from cycloid_profile.design.record import DesignRecord
+from cycloid_profile.errors import CycloidError, GeometryError
+from cycloid_profile.export.biarc import disc_arcs
+from cycloid_profile.export.dxf import DxfExporter
+from cycloid_profile.export.dxf_arcs import ArcDxfExporter, read_dxf_arcs
+from cycloid_profile.export.dxf_document import LAYERS
+from cycloid_profile.export.dxf_polyline import write_polyline
+from cycloid_profile.geometry.profile import ToothProfile, undercut_limit
+from cycloid_profile.geometry.trochoid import Trochoid
+from cycloid_profile.modification.deviation import MeasuredDeviation, NormalDeviation
+from cycloid_profile.spec.model import DriveSpec, ModificationSpec, Spec
+
+PROMISE = 5e-5  # mm, of the RV-40E
+CHORDS = 3e-9  # mm, of the polyline that stands for the exact curve
+
+
+@pytest.fixture(scope="module")
+def exact(rv40e_record: DesignRecord) -> ExactCurve:
+    assert rv40e_record.compensation is not None
+    return ExactCurve(equidistant=0.006, delta_max=rv40e_record.compensation.delta_max)
+
+
+@pytest.fixture(scope="module")
+def written(rv40e_record: DesignRecord, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder with both files of the RV-40E."""
+    folder = tmp_path_factory.mktemp("dxf")
+    for exporter in (DxfExporter(), ArcDxfExporter()):
+        exporter.write(rv40e_record, folder)
+    return folder
+
+
+def arcs_of(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices and bulges of the one polyline on layer PROFILE."""
+    (tags,) = entities(path, "LWPOLYLINE", "PROFILE")
+    assert int(numbers(tags, 70)[0]) & 1, "the polyline is open"
+    vertices = np.stack([numbers(tags, 10), numbers(tags, 20)], axis=-1)
+    assert len(vertices) == int(numbers(tags, 90)[0])
+    return vertices, numbers(tags, 42)
+
+
+def with_tolerance(record: DesignRecord, um: float) -> DesignRecord:
+    export = msgspec.structs.replace(record.spec.export, chord_tolerance_um=um)
+    return replace(record, spec=msgspec.structs.replace(record.spec, export=export))
+
+
+@pytest.mark.parametrize("name", ["profile.dxf", "profile_arcs.dxf"])
+def test_units_and_layers(written: Path, name: str) -> None:
+    assert header(written / name, "$ACADVER") == "AC1024"  # R2010
+    assert header(written / name, "$INSUNITS") == "4"  # mm
+    assert [layer.name for layer in LAYERS] == ["PROFILE", "PITCH", "HOLES", "CENTRE", "PINS", "TEXT"]
+    pins = entities(written / name, "CIRCLE", "PINS")
+    assert len(pins) == 40
+    # With φ = 0 the first pin stands in root 1: 64 − 1.3 from the disc's centre.
+    assert (numbers(pins[0], 10)[0], numbers(pins[0], 20)[0]) == (62.7, 0.0)
+    assert {float(numbers(pin, 40)[0]) for pin in pins} == {3.0}
+    (pitch,) = entities(written / name, "CIRCLE", "PITCH")
+    assert numbers(pitch, 40)[0] == pytest.approx(1.3 * 39)
+    assert sorted(numbers(hole, 40)[0] for hole in entities(written / name, "CIRCLE", "HOLES")) == [13, 13, 13, 16]
+    assert len(entities(written / name, "TEXT", "TEXT")) == 3
+
+
+def test_spline_by_de_boor_from_its_group_codes(written: Path, exact: ExactCurve) -> None:
+    (tags,) = entities(written / "profile.dxf", "SPLINE", "PROFILE")
+    assert not numbers(tags, 11).size, "fit points are drawn differently by every reader"
+    assert int(numbers(tags, 70)[0]) & 1 == 0
+    off = exact.distance(spline_points(tags, 8))
+    assert np.max(off) <= PROMISE + CHORDS
+    # Corners of the compensation: full multiplicity at root and tip of every lobe, so that none is rounded off.
+    _, times = np.unique(numbers(tags, 40)[4:-4], return_counts=True)
+    assert np.count_nonzero(times == 3) == 77
+
+
+def test_arcs_from_their_bulges(written: Path, exact: ExactCurve) -> None:
+    vertices, bulge = arcs_of(written / "profile_arcs.dxf")
+    arcs = polyline_arcs(vertices, bulge, 9)
+    assert np.max(exact.distance(arcs.reshape(-1, 2))) <= PROMISE + CHORDS
+    turns = np.sort(turns_between(arcs, bulge))
+    # All joints but those at the 78 corners of the compensation, 1.6 mrad each, are tangent.
+    assert turns[-79] < 1e-7
+    assert turns[-78] == pytest.approx(1.6e-3, rel=0.2)
+
+
+def test_a_tenth_of_a_micrometre_takes_1560_arcs(rv40e_record: DesignRecord, exact: ExactCurve, tmp_path: Path) -> None:
+    ArcDxfExporter().write(with_tolerance(rv40e_record, 0.1), tmp_path)
+    vertices, bulge = arcs_of(tmp_path / "profile_arcs.dxf")
+    assert len(bulge) <= 1560
+    assert np.max(exact.distance(polyline_arcs(vertices, bulge, 9).reshape(-1, 2))) <= 1e-4 + CHORDS
+
+
+def test_equal_input_gives_equal_bytes(rv40e_record: DesignRecord, written: Path, tmp_path: Path) -> None:
+    for exporter in (DxfExporter(), ArcDxfExporter()):
+        exporter.write(rv40e_record, tmp_path)
+        assert (tmp_path / exporter.filename).read_bytes() == (written / exporter.filename).read_bytes()
+
+
+def test_a_polyline_of_100_000_vertices_is_whole(tmp_path: Path) -> None:
+    angle = np.linspace(0.0, 2.0 * math.pi, 100_000, endpoint=False)
+    points = (60.0 + np.cos(39.0 * angle)) * np.exp(-1j * angle)
+    write_polyline(tmp_path / "dense.dxf", points)
+    (tags,) = entities(tmp_path / "dense.dxf", "LWPOLYLINE", "PROFILE")
+    assert np.max(np.abs(numbers(tags, 10) + 1j * numbers(tags, 20) - points)) <= 1e-9
+    assert not numbers(tags, 42).size
+
+
+def test_what_ezdxf_reads_is_what_was_written(tmp_path: Path) -> None:
+    arcs = disc_arcs(hobby_tooth(11), 1e-3)
+    write_polyline(tmp_path / "a.dxf", arcs.ends[:-1], np.tan(0.25 * np.linspace(-1.0, 1.0, arcs.bend.size)))
+    (found,) = ezdxf.readfile(tmp_path / "a.dxf").modelspace()
+    back = np.array(found.get_points("xyb"))
+    assert np.max(np.abs(back[:, 0] + 1j * back[:, 1] - arcs.ends[:-1])) <= 1e-9
+    assert np.allclose(4.0 * np.arctan(back[:, 2]), np.linspace(-1.0, 1.0, arcs.bend.size), atol=1e-12)
+
+
+def hobby_tooth(pins: int) -> ToothProfile:
+    return ToothProfile(Trochoid(pins, 30.0, 1.5), 3.0)
+
+
+@pytest.mark.slow
+def test_lobes_that_differ_are_written_one_by_one(rv40e_record: DesignRecord, tmp_path: Path) -> None:
+    phase = np.linspace(0.0, 2.0 * math.pi * 39, 39 * 12, endpoint=False)
+    removal = 1e-3 * np.sin(phase / 39 + 0.3) + 3e-4 * np.random.default_rng(1).normal(size=phase.size)
+    program = MeasuredDeviation(NormalDeviation(phase, removal, 39)).apply(rv40e_record.profile)
+    record = replace(rv40e_record, profile=program)
+    fine = program.at(np.linspace(0.0, program.trochoid.phase_period, 39 * 12_000 + 1)).position
+    for exporter in (DxfExporter(), ArcDxfExporter()):
+        (file,) = exporter.write(record, tmp_path)
+        assert file.deviation is not None
+        assert max(file.deviation.largest, file.deviation.from_curve or 1.0) <= PROMISE
+    (tags,) = entities(tmp_path / "profile.dxf", "SPLINE", "PROFILE")
+    arcs = polyline_arcs(*arcs_of(tmp_path / "profile_arcs.dxf"), 9).reshape(-1, 2)
+    for points in (spline_points(tags, 8), arcs):
+        z = points[:, 0] + 1j * points[:, 1]
+        # By chords of 1 nm height, without the package's own feet.
+        from scipy.spatial import cKDTree
+
+        _, i = cKDTree(np.stack([fine.real, fine.imag], axis=-1)).query(points)
+        off = np.full(z.size, np.inf)
+        for a in (np.maximum(i - 1, 0), np.minimum(i, fine.size - 2)):
+            way = fine[a + 1] - fine[a]
+            share = np.clip((np.conj(way) * (z - fine[a])).real / np.abs(way) ** 2, 0.0, 1.0)
+            off = np.minimum(off, np.abs(z - fine[a] - share * way))
+        assert np.max(off) <= PROMISE + 2e-6
+
+
+@st.composite
+def drives(draw: st.DrawFn) -> dict[str, Any]:
+    """Any drive of 3 to 300 lobes, K1 from 0.1 to 0.95, one disc or two, thin pins and thick."""
+    pins = draw(st.integers(4, 301))
+    r_p = draw(st.sampled_from([10.0, 64.0, 500.0]))
+    trochoid = Trochoid(pins, r_p, draw(st.floats(0.1, 0.95)) * r_p / pins)
+    room = min(undercut_limit(trochoid), r_p * math.sin(math.pi / pins))
+    return {
+        "pins": pins,
+        "pin_circle_radius_mm": r_p,
+        "pin_radius_mm": draw(st.floats(0.1, 1.1)) * room,
+        "eccentricity_mm": trochoid.eccentricity,
+        "disc_width_mm": 10.0,
+        "discs": draw(st.sampled_from([1, 2])),
+    }
+
+
+@pytest.mark.slow
+@settings(deadline=None, max_examples=40)
+@given(drive=drives(), equidistant=st.sampled_from([0.0, 5.0]), rotation=st.sampled_from([0.0, 0.5]))
+def test_any_drive_is_written_or_refused_with_its_limit(
+    rv40e_record: DesignRecord, tmp_path_factory: pytest.TempPathFactory, drive: dict[str, Any], equidistant: float,
+    rotation: float,
+) -> None:  # fmt: skip
+    spec = Spec(
+        drive=DriveSpec(**drive), modification=ModificationSpec(equidistant_um=equidistant, rotation_arcmin=rotation)
+    )
+    try:
+        made = drive_of(spec)
+        profile = conventional_profile(spec, made)
+        outline = disc_outline(spec, made, profile)
+    except CycloidError as refused:
+        # Either outcome is right, a refusal without its limit is not.
+        told = refused
+    else:
+        told = None
+    if told is not None:
+        assert told.limit
+        assert told.remedy
+        return
+    record = replace(rv40e_record, spec=spec, drive=made, profile=profile, outline=outline)
+    folder = tmp_path_factory.mktemp("any")
+    for exporter in (DxfExporter(), ArcDxfExporter()):
+        (file,) = exporter.write(record, folder)
+        assert file.deviation is not None
+        assert file.tolerance is not None
+        assert max(file.deviation.largest, file.deviation.from_curve or 1.0) <= file.tolerance
+
+
+def test_too_thick_a_pin_is_refused_with_the_limit() -> None:
+    with pytest.raises(GeometryError, match="undercut limit"):
+        drive_of(Spec(drive=DriveSpec(40, 64.0, 4.7, 1.3, 11.5, 1)))
+
+
+_PARSE = """
+const fs = require('fs'), DxfParser = require('dxf-parser');
+const parser = new (DxfParser.default || DxfParser)();
+const dxf = parser.parseSync(fs.readFileSync(process.argv[1], 'utf8'));
+process.stdout.write(JSON.stringify({units: dxf.header.$INSUNITS,
+  entities: dxf.entities.filter(e => e.layer === 'PROFILE')}));
+"""
+
+
+def parsed_by_node(path: Path) -> dict[str, Any]:
+    """What dxf-parser makes of a file; skips without node or the package."""
+    node, npm = shutil.which("node"), shutil.which("npm")
+    if node is None or npm is None:
+        pytest.skip("node and npm are not installed")
+    installed = subprocess.run([npm, "root", "-g"], capture_output=True, text=True, check=True).stdout.strip()
+    places = os.pathsep.join(filter(None, [os.environ.get("NODE_PATH"), installed]))
+    command, environment = [node, "-e", _PARSE, str(path)], {**os.environ, "NODE_PATH": places}
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+    if "Cannot find module 'dxf-parser'" in done.stderr:
+        pytest.skip("dxf-parser is not installed: npm install -g dxf-parser")
+    assert done.returncode == 0, done.stderr
+    found: dict[str, Any] = json.loads(done.stdout)
+    return found
+
+
+@pytest.mark.slow
+def test_dxf_parser_of_npm_reads_the_same_curves(written: Path, exact: ExactCurve) -> None:
+    found = parsed_by_node(written / "profile.dxf")
+    assert found["units"] == 4
+    (spline,) = found["entities"]
+    assert (spline["type"], spline["degreeOfSplineCurve"]) == ("SPLINE", 3)
+    tags = [(71, "3"), *((40, repr(k)) for k in spline["knotValues"])]
+    for point in spline["controlPoints"]:
+        tags += [(10, repr(point["x"])), (20, repr(point["y"]))]
+    assert np.max(exact.distance(spline_points(tags, 8))) <= PROMISE + CHORDS
+    (polyline,) = parsed_by_node(written / "profile_arcs.dxf")["entities"]
+    assert polyline["shape"] is True
+    vertices = np.array([[v["x"], v["y"]] for v in polyline["vertices"]])
+    bulge = np.array([v["bulge"] for v in polyline["vertices"]])
+    assert np.max(exact.distance(polyline_arcs(vertices, bulge, 9).reshape(-1, 2))) <= PROMISE + CHORDS
+
+
+_FREECAD = """
+import FreeCAD, Import, json
+found = []
+for path in {paths!r}:
+    doc = FreeCAD.newDocument("d")
+    Import.readDXF(path, doc.Name)
+    for part in doc.Objects:
+        for edge in getattr(part, "Shape").Edges if hasattr(part, "Shape") else []:
+            kind = type(edge.Curve).__name__
+            count = 20000 if kind == "BSplineCurve" else 9
+            low, high = edge.ParameterRange
+            points = [edge.valueAt(low + (high - low) * (i + 0.5) / count) for i in range(count)]
+            found.append([path, kind, [[p.x, p.y] for p in points]])
+json.dump(found, open({out!r}, "w"))
+"""
+
+
+@pytest.mark.slow
+def test_freecad_reads_the_same_curves(written: Path, exact: ExactCurve, tmp_path: Path) -> None:
+    freecad = shutil.which("freecadcmd") or shutil.which("FreeCADCmd")
+    if freecad is None:
+        pytest.skip("FreeCAD is not installed")
+    script, out = tmp_path / "read.py", tmp_path / "found.json"
+    paths = [str(written / name) for name in ("profile.dxf", "profile_arcs.dxf")]
+    script.write_text(_FREECAD.format(paths=paths, out=str(out)))
+    environment = {**os.environ, "QT_QPA_PLATFORM": "offscreen", "HOME": str(tmp_path)}
+    subprocess.run([freecad, str(script)], stdin=subprocess.DEVNULL, capture_output=True, env=environment, check=False)
+    edges = [(path, kind, np.array(points)) for path, kind, points in json.loads(out.read_text())]
+    (spline,) = [points for _, kind, points in edges if kind == "BSplineCurve"]
+    assert np.max(exact.distance(spline)) <= PROMISE + CHORDS
+    ring = [p for path, kind, p in edges if path == paths[1] and kind == "Circle" and np.ptp(p[:, 0]) < 2.0]
+    assert len(ring) == len(read_dxf_arcs(Path(paths[1]))[0].bend)
+    assert np.max(exact.distance(np.concatenate(ring))) <= PROMISE + CHORDS
+
+
+@pytest.mark.slow
+def test_librecad_draws_both_files(written: Path, tmp_path: Path) -> None:
+    librecad = shutil.which("librecad")
+    if librecad is None:
+        pytest.skip("LibreCAD is not installed")
+    environment = {**os.environ, "QT_QPA_PLATFORM": "offscreen", "HOME": str(tmp_path)}
+    for name in ("profile.dxf", "profile_arcs.dxf"):
+        out = tmp_path / f"{name}.pdf"
+        command = [librecad, "dxf2pdf", "-a", "-c", "-o", str(out), str(written / name)]
+        subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, env=environment, check=True)
+        # A curve it cannot draw is left out of the page, which then holds some hundred bytes.
+        assert out.stat().st_size > 50_000
