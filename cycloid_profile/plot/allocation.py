@@ -124,7 +124,9 @@ def _distribution(ax: Axes, limit: Limit, before: FloatArray, after: FloatArray)
         more = f", {off:.1f} % off the picture" if off >= 0.1 else ""
         weights = np.full(values.shape, 100.0 / values.size)
         fill = {"alpha": 0.45} if colour == GREY else {"histtype": "step", "linewidth": 1.8}
-        ax.hist(values, edges, weights=weights, color=colour, label=f"{label}: {share:.1f} % within{more}", **fill)
+        ax.hist(
+            values, list(edges), weights=weights, color=colour, label=f"{label}: {share:.1f} % within{more}", **fill
+        )
     for end in ends:
         ax.axvline(end, color=ORANGE if end == limit.at_most else BLACK, linewidth=1.6)
         ax.annotate(

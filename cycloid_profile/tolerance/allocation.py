@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,7 +13,7 @@ from cycloid_profile.errors import AllocationError, SpecError
 from cycloid_profile.tolerance.allocated import Allocation, Status, lines_of, percent
 from cycloid_profile.tolerance.cheapest import ROUGH, Cheapest, Sample, bounds_met, cheapest, finest_quantile
 from cycloid_profile.tolerance.draws import Draws
-from cycloid_profile.tolerance.limits import Limit, within
+from cycloid_profile.tolerance.limits import Ends, Limit, limits_of, within
 from cycloid_profile.tolerance.quantities import Answers
 from cycloid_profile.tolerance.scatter import Cost
 from cycloid_profile.tolerance.sequence import Random, Sobol
@@ -49,7 +49,7 @@ class Effort:
 def allocate(
     draws: Draws,
     answers: Answers,
-    limits: Sequence[Limit],
+    limits: Sequence[Limit] | Mapping[str, Ends],
     wanted: float = 0.95,
     effort: Effort = Effort(),
     tell: Callable[[str], None] = lambda _: None,
@@ -57,7 +57,8 @@ def allocate(
     """Tolerances of least cost at which a share ``wanted`` of reducers keeps ``limits`` (docs/allocation.md, Eq. 71).
 
     ``answers``, such as ``Measures``, gives the quantities of reducers with coordinates as ``draws`` has them.
-    Scatters without a cost stay as drawn, unless none has one. The same arguments give the same answer.
+    ``limits`` as a mapping are read by ``limits_of``. Scatters without a cost stay as drawn, unless none has one. The
+    same arguments give the same answer.
 
     Raises
     ------
@@ -68,7 +69,7 @@ def allocate(
     """
     if not 0.0 < wanted < 1.0:
         raise SpecError("yield", f"{wanted:g}", "is outside (0, 1)", "give a share, such as 0.95")
-    kept = _computed(limits, answers.names)
+    kept = limits_of(limits, answers.names) if isinstance(limits, Mapping) else _computed(limits, answers.names)
     draws, assumed = _with_costs(_lone(draws))
     samples, verification = effort.counted(1.0 - wanted)
     sample = Sample.drawn(replace(draws, sequence=Sobol()), answers, kept, samples)

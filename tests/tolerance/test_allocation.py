@@ -220,7 +220,7 @@ def test_a_reducer_without_an_answer_is_no_good_one() -> None:
 )
 def test_impossible_wishes_are_refused(limits: dict[str, Any], wanted: float, said: str) -> None:
     with pytest.raises(SpecError, match=said):
-        allocate(four(), Linear(), limits_of(limits, ("sum_um",)), wanted)
+        allocate(four(), Linear(), limits, wanted)
 
 
 def test_limits_of_nothing_that_is_computed_are_refused() -> None:
