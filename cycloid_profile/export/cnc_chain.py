@@ -11,7 +11,7 @@ import numpy as np
 from cycloid_profile.arrays import ComplexArray, FloatArray
 from cycloid_profile.errors import ExportError
 from cycloid_profile.export.biarc import Arcs
-from cycloid_profile.export.post import Block, rounded
+from cycloid_profile.export.post import Block, Post
 from cycloid_profile.geometry.contour import Arc, Contour
 
 _STRAIGHT = 1e-4  # 1/mm; flatter arcs are written as lines while they stay within the sagitta allowed
@@ -168,19 +168,19 @@ def _along(point: complex, tangent: complex, bend: float, way: float) -> tuple[c
     return point + tangent * way * ratio * cmath.exp(1j * half), tangent * cmath.exp(2j * half)
 
 
-def chain_blocks(chain: Arcs, sagitta: float) -> list[Block]:
+def chain_blocks(chain: Arcs, sagitta: float, post: Post) -> list[Block]:
     """Blocks along the chain from where it starts; arcs almost straight, within ``sagitta`` of a line, are lines.
 
     Centres are given from the rounded start, which is where the machine stands.
     """
     blocks = []
-    here = rounded(complex(chain.ends[0]))
+    here = post.stands(complex(chain.ends[0]))
     for end, bend, centre in zip(chain.ends[1:].tolist(), chain.bend.tolist(), chain.centres.tolist(), strict=True):
         if bend == 0.0 or (abs(bend) < _STRAIGHT and abs(bend) * abs(end - here) ** 2 / 8.0 < sagitta):
             blocks.append(line_block(end))
         else:
             blocks.append(arc_block(here, end, centre, bend))
-        here = rounded(end)
+        here = post.stands(end)
     return blocks
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,15 +12,13 @@ from cycloid_profile.export.cnc_chain import arc_block, chain_blocks, line_block
 from cycloid_profile.export.cnc_read import read_gcode
 from cycloid_profile.export.deviation import deviation
 from cycloid_profile.export.disc_path import Ground
-from cycloid_profile.export.post import DECIMALS, POSTS, Block, render, rounded
+from cycloid_profile.export.post import Block, Post, post_of, render
 from cycloid_profile.export.refine import FIT_SHARE
 from cycloid_profile.export.text import plain_name
 from cycloid_profile.export.wheel import overlap_at_grooves, wheel_radius
 from cycloid_profile.export.written import WrittenFile
 from cycloid_profile.units import UM
 
-# Ends and centres are rounded, each by up to half a unit in x and in y.
-ROUNDING = math.sqrt(2.0) * 10.0**-DECIMALS
 _LEAD_RADIUS = 3.0  # mm
 # A control refuses to follow a lead-in tighter than the wheel it sets off.
 _LEAD_PER_WHEEL = 1.5
@@ -48,13 +45,14 @@ class GcodeExporter:
         """
         tolerance = record.spec.export.chord_tolerance_um * UM
         path = folder / self.filename
-        post = POSTS[record.spec.export.nc_dialect]
-        path.write_text(render(_program(record, tolerance), post), encoding="ascii", newline="\n")
+        post = post_of(record.spec.export)
+        path.write_text(render(_program(record, tolerance, post), post), encoding="ascii", newline="\n")
         contour, counts = read_gcode(path)
         # Lead-in and lead-out are a line and an arc each.
         inner = Arcs(contour.ends[2:-2], contour.bend[2:-2])
         found = deviation(record.profile, inner.points())
-        return (WrittenFile(self.filename, self.format, tolerance + ROUNDING, found, "own reader of G1/G2/G3", counts),)
+        promise = tolerance + post.rounding
+        return (WrittenFile(self.filename, self.format, promise, found, "own reader of G1/G2/G3", counts),)
 
 
 def from_tip(arcs: Arcs, record: Ground) -> Arcs:
@@ -81,7 +79,7 @@ def contour_chain(record: Ground, tolerance: float) -> Arcs:
     return reversed_chain(chain) if record.spec.export.wheel_compensation == "G42" else chain
 
 
-def _program(record: Ground, tolerance: float) -> dict[str, list[Block]]:
+def _program(record: Ground, tolerance: float, post: Post) -> dict[str, list[Block]]:
     export = record.spec.export
     side = _SIDES.get(export.wheel_compensation)
     radius = wheel_radius(record.profile, export.wheel_radius_mm) if side else 0.0
@@ -100,16 +98,16 @@ def _program(record: Ground, tolerance: float) -> dict[str, list[Block]]:
         Block("feed", {"f": export.feed_mm_per_min}),
         # A straight first move, because many controls refuse to start a radius compensation on an arc.
         line_block(approach, f"enter {side}" if side else "enter", diameter=2.0 * radius),
-        arc_block(rounded(approach), start, centre, turn),
-        *chain_blocks(chain, 0.1 * tolerance),
-        arc_block(rounded(start), leave, centre, turn),
+        arc_block(post.stands(approach), start, centre, turn),
+        *chain_blocks(chain, 0.1 * tolerance, post),
+        arc_block(post.stands(start), leave, centre, turn),
         line_block(far_out, "leave compensated" if side else "leave"),
         Block("finish"),
     ]
-    return {"begin": _head(record, tolerance, radius), "main": main, "end": [Block("end", _PROGRAM)]}
+    return {"begin": _head(record, tolerance, radius, post), "main": main, "end": [Block("end", _PROGRAM)]}
 
 
-def _head(record: Ground, tolerance: float, radius: float) -> list[Block]:
+def _head(record: Ground, tolerance: float, radius: float, post: Post) -> list[Block]:
     compensation = record.spec.export.wheel_compensation
     wheel = "PATH IS THE TOOTH CURVE ITSELF: NO WHEEL RADIUS IS ALLOWED FOR"
     if radius:
@@ -126,6 +124,6 @@ def _head(record: Ground, tolerance: float, radius: float) -> list[Block]:
             f"X Y IN MM FROM THE BORE AXIS, TOOTH ROOT 1 ON THE X AXIS, {way}",
         ),
         *lobes_note(record),
-        *comments(f"ARCS WITHIN {tolerance / UM:.3f} MICROMETRE, {DECIMALS} DECIMALS"),
+        *comments(f"ARCS WITHIN {tolerance / UM:.3f} MICROMETRE, {post.decimals} DECIMALS"),
         Block("contour"),
     ]

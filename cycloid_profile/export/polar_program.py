@@ -16,7 +16,7 @@ from cycloid_profile.export.gcode import comments, lobes_note
 from cycloid_profile.export.points import POINT_RESOLUTION, read_table, write_table
 from cycloid_profile.export.polar import PolarPath, polar_path
 from cycloid_profile.export.polar_feed import AxisLimits, FeedProfile, axis_motion, feed_profile, seconds
-from cycloid_profile.export.post import ANGLE_DECIMALS, DECIMALS, POSTS, Block, render
+from cycloid_profile.export.post import Block, Post, post_of, render
 from cycloid_profile.export.refine import FIT_SHARE
 from cycloid_profile.export.text import plain_name
 from cycloid_profile.export.wheel import clearance, groove_left, wheel_radius
@@ -61,8 +61,8 @@ class PolarExporter:
         program, table = (folder / name for name in self.filenames)
         tolerance = record.spec.export.chord_tolerance_um * UM
         grinding = polar_grinding(record)
-        post = POSTS[record.spec.export.nc_dialect]
-        program.write_text(render(_program(record, grinding), post), encoding="ascii", newline="\n")
+        post = post_of(record.spec.export)
+        program.write_text(render(_program(record, grinding, post), post), encoding="ascii", newline="\n")
         write_table(table, PATH_COLUMNS, _rows(grinding))
         turn = read_turn(program)
         centre = np.concatenate([_centre(turn.x, turn.c, t) for t in _BETWEEN])
@@ -75,12 +75,12 @@ class PolarExporter:
         )
         back = read_table(table)
         contact = deviation(record.profile, back[:, 4] + 1j * back[:, 5])
-        turns = len(infeeds(record.spec.export.grinding))
+        count = {"steps": turn.x.size - 1, "turns": len(infeeds(record.spec.export.grinding))}
+        promise = tolerance + rounding(grinding.path, post)
         return (
-            WrittenFile(program.name, self.format, tolerance + rounding(grinding.path), found, "own reader of C and X",
-                        {"steps": turn.x.size - 1, "turns": turns}),
+            WrittenFile(program.name, self.format, promise, found, "own reader of C and X", count),
             WrittenFile(table.name, self.format, POINT_RESOLUTION, contact, "numpy", {"points": len(back)}),
-        )  # fmt: skip
+        )
 
 
 def polar_grinding(record: Ground) -> PolarGrinding:
@@ -112,17 +112,18 @@ def infeeds(grinding: GrindingSpec) -> list[float]:
     return left + grinding.spark_out_turns * [0.0]
 
 
-def rounding(path: PolarPath) -> float:
+def rounding(path: PolarPath, post: Post) -> float:
     """What rounding X and C can add to the distance between wheel and tooth [mm]."""
     largest = float(np.max(path.x))
-    return 0.5 * 10.0**-DECIMALS + 0.5 * 10.0**-ANGLE_DECIMALS * DEGREE * largest
+    return 0.5 * 10.0**-post.decimals + 0.5 * 10.0**-post.angle_decimals * DEGREE * largest
 
 
-def _program(record: Ground, grinding: PolarGrinding) -> dict[str, list[Block]]:
+def _program(record: Ground, grinding: PolarGrinding, post: Post) -> dict[str, list[Block]]:
     setting, path = record.spec.export.grinding, grinding.path
-    x = np.round(path.x, DECIMALS)
-    c = np.round(path.c / DEGREE, ANGLE_DECIMALS)
+    x = np.round(path.x, post.decimals)
+    c = np.round(path.c / DEGREE, post.angle_decimals)
     c[-1] = c[0] + 360.0
+    x, c, time = _joined(x, c, grinding.feed.time)
     safe = {"x": float(x[0]) + setting.safe_distance_mm, "c": float(c[0])}
     main = [Block("polar"), Block("polar rapid", safe)]
     before = -1.0
@@ -133,7 +134,7 @@ def _program(record: Ground, grinding: PolarGrinding) -> dict[str, list[Block]]:
         before = stock
     main += [Block("polar retract", safe), Block("finish")]
     # Differences of rounded places: they add up to exactly one turn, and to nothing in X.
-    steps = zip(np.diff(x).tolist(), np.diff(c).tolist(), grinding.feed.time.tolist(), strict=True)
+    steps = zip(np.diff(x).tolist(), np.diff(c).tolist(), time.tolist(), strict=True)
     turn = [
         Block("polar step", {"x": dx, "c": dc, "inverse": 60.0 / t, "mixed": 60.0 * math.hypot(dx, dc) / t})
         for dx, dc, t in steps
@@ -144,6 +145,13 @@ def _program(record: Ground, grinding: PolarGrinding) -> dict[str, list[Block]]:
         "main": main,
         "end": [Block("end", _PROGRAM)],
     }
+
+
+def _joined(x: FloatArray, c: FloatArray, time: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Steps too short for the decimals joined to the next, so that C rises in every one."""
+    kept = np.unique(c[:-1], return_index=True)[1]
+    kept = kept[c[kept] < c[-1]]
+    return np.append(x[kept], x[-1]), np.append(c[kept], c[-1]), np.add.reduceat(time, kept)
 
 
 def _head(record: Ground, grinding: PolarGrinding) -> list[Block]:

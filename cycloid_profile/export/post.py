@@ -6,15 +6,14 @@ decimals of their letter; a template may hold several lines, or none where a con
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-# Places after the point. C turns a circle of some 60 mm: its sixth place is worth 1e-6 mm there.
-DECIMALS = 5
-ANGLE_DECIMALS = 6
-_DECIMALS = {"x": DECIMALS, "y": DECIMALS, "i": DECIMALS, "j": DECIMALS, "cx": DECIMALS, "cy": DECIMALS,
-             "diameter": DECIMALS, "c": ANGLE_DECIMALS}  # fmt: skip
+from cycloid_profile.spec.model import ExportSpec
+
+_PLACES = ("x", "y", "i", "j", "cx", "cy", "diameter", "c")
 _SIGNED = ("x", "y", "cx", "cy", "c")
 
 
@@ -29,6 +28,7 @@ class Block(NamedTuple):
 class Post:
     """The dialect of one control: ``templates`` by kind of block, ``plus`` before positive numbers,
     ``numbered`` where every line begins with its number. ``order`` is where main program and subprogram stand.
+    ``decimals`` of lengths.
     """
 
     name: str
@@ -36,6 +36,21 @@ class Post:
     order: tuple[str, ...] = ("begin", "turn", "main", "end")
     plus: str = ""
     numbered: bool = False
+    decimals: int = 5
+
+    @property
+    def angle_decimals(self) -> int:
+        """Of C, which turns a circle of some 60 mm: one more makes it as fine as a length there."""
+        return self.decimals + 1
+
+    @property
+    def rounding(self) -> float:
+        """What rounding adds to the deviation of arcs: ends and centres move by half a unit in x and in y [mm]."""
+        return math.sqrt(2.0) * 10.0**-self.decimals
+
+    def stands(self, z: complex) -> complex:
+        """Where the machine stands when it is told to go to ``z``."""
+        return complex(round(z.real, self.decimals), round(z.imag, self.decimals))
 
 
 _ISO = {
@@ -157,6 +172,11 @@ HEIDENHAIN = Post(
 POSTS: Mapping[str, Post] = {post.name: post for post in (LINUXCNC, FANUC, SIEMENS, HEIDENHAIN)}
 
 
+def post_of(export: ExportSpec) -> Post:
+    """The dialect that a spec asks for, with its decimals."""
+    return replace(POSTS[export.nc_dialect], decimals=export.nc_decimals)
+
+
 def render(parts: Mapping[str, Iterable[Block]], post: Post) -> str:
     """Text of a program whose ``parts`` are named as in ``Post.order``; a part that is absent is left out."""
     lines: list[str] = []
@@ -169,17 +189,12 @@ def render(parts: Mapping[str, Iterable[Block]], post: Post) -> str:
     return "\n".join(lines) + "\n"
 
 
-def rounded(z: complex) -> complex:
-    """Where the machine stands when it is told to go to ``z``."""
-    return complex(round(z.real, DECIMALS), round(z.imag, DECIMALS))
-
-
 def _word(letter: str, value: float | str, post: Post) -> str:
     if isinstance(value, str):
         return value
-    if letter in _DECIMALS:
+    if letter in _PLACES:
         # Adding zero turns −0.0 into 0.0, which would print a sign that depends on rounding.
-        places = _DECIMALS[letter]
+        places = post.angle_decimals if letter == "c" else post.decimals
         number = f"{round(value, places) + 0.0:.{places}f}"
         return post.plus + number if letter in _SIGNED and not number.startswith("-") else number
     # Feeds: those computed block by block need six digits, and none an exponent.

@@ -29,8 +29,8 @@ from cycloid_profile.export.cnc_chain import (
 )
 from cycloid_profile.export.cnc_read import cutting_runs, read_moves
 from cycloid_profile.export.deviation import Deviation, distances
-from cycloid_profile.export.gcode import ROUNDING, comments, from_tip, lobes_note
-from cycloid_profile.export.post import DECIMALS, POSTS, Block, render
+from cycloid_profile.export.gcode import comments, from_tip, lobes_note
+from cycloid_profile.export.post import Block, Post, post_of, render
 from cycloid_profile.export.refine import FIT_SHARE
 from cycloid_profile.export.text import plain_name
 from cycloid_profile.export.written import WrittenFile
@@ -75,14 +75,15 @@ class WireExporter:
         tolerance = export.chord_tolerance_um * UM
         path = folder / self.filenames[0]
         cuts = [*(_opening(contour, export.wire) for contour in record.outline.contours), _teeth(record, tolerance)]
-        text = render(_program(record, cuts, tolerance), POSTS[export.nc_dialect])
+        post = post_of(export)
+        text = render(_program(record, cuts, tolerance, post), post)
         path.write_text(text, encoding="ascii", newline="\n")
         moves = read_moves(path)
         off, angle = _measured(record, cuts, cutting_runs(moves))
         worst = int(np.argmax(np.abs(off)))
         found = Deviation(float(np.abs(off[worst])), float(np.sqrt(np.mean(off**2))), float(angle[worst]), off.size)
         count = {"contours": len(cuts), "cuts_each": len(offsets(export.wire)), "blocks": len(moves)}
-        return (WrittenFile(path.name, self.format, tolerance + ROUNDING, found, "own reader of G1/G2/G3", count),)
+        return (WrittenFile(path.name, self.format, tolerance + post.rounding, found, "own reader of G1/G2/G3", count),)
 
 
 def offsets(wire: WireSpec) -> list[float]:
@@ -162,7 +163,7 @@ def _remarks(wire: WireSpec) -> tuple[str, ...]:
     )
 
 
-def _program(record: DesignRecord, cuts: list[Cut], tolerance: float) -> dict[str, list[Block]]:
+def _program(record: DesignRecord, cuts: list[Cut], tolerance: float, post: Post) -> dict[str, list[Block]]:
     wire = record.spec.export.wire
     head = [
         Block("begin", _PROGRAM),
@@ -173,7 +174,7 @@ def _program(record: DesignRecord, cuts: list[Cut], tolerance: float) -> dict[st
             "X Y IN MM FROM THE BORE AXIS, TOOTH ROOT 1 ON THE X AXIS",
         ),
         *lobes_note(record),
-        *comments(f"ARCS WITHIN {tolerance / UM:.3f} MICROMETRE, {DECIMALS} DECIMALS"),
+        *comments(f"ARCS WITHIN {tolerance / UM:.3f} MICROMETRE, {post.decimals} DECIMALS"),
         Block("contour"),
         Block("feed", {"f": wire.feed_mm_per_min}),
     ]
@@ -189,7 +190,7 @@ def _program(record: DesignRecord, cuts: list[Cut], tolerance: float) -> dict[st
                 main.append(Block("stop", {"text": cut.stop}))
             main += comments(cut.remarks[k])
             main.append(line_block(complex(chain.ends[0]), "enter" if k == 0 else "line"))
-            main += chain_blocks(chain, 0.1 * tolerance)
+            main += chain_blocks(chain, 0.1 * tolerance, post)
         main += [line_block(cut.end), Block("cut wire")]
     return {"begin": head, "main": [*main, Block("finish")], "end": [Block("end", _PROGRAM)]}
 

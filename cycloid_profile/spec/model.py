@@ -234,6 +234,10 @@ class ExportSpec(Table, frozen=True):
     ) = None
     cmm_spacing: Annotated[EqualSpacing, _key("How the nominal measuring points are spread.", "")] = "equal-arc"
     nc_dialect: Annotated[Dialect, _key("Control the NC programs are written for.", "")] = "linuxcnc"
+    nc_decimals: Annotated[
+        int,
+        _key("Decimals of lengths in NC programs; C has one more.", "give what the control reads, 3 to 6", ge=3, le=6),
+    ] = 5
     wheel_radius_mm: (
         Annotated[
             float,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,8 +15,10 @@ from dialects import along, run
 
 from cycloid_profile.design.record import DesignRecord
 from cycloid_profile.export.disc_path import DiscPath
+from cycloid_profile.export.dmis import DmisExporter
 from cycloid_profile.export.formats import kept_promise
 from cycloid_profile.export.gcode import GcodeExporter
+from cycloid_profile.export.gcode_path import GcodePathExporter
 from cycloid_profile.export.polar_program import PolarExporter
 from cycloid_profile.export.vdafs import VdaExporter
 from cycloid_profile.export.wire import WireExporter
@@ -111,3 +114,34 @@ def test_lobes_that_differ_go_into_every_program(rv40e_record: DesignRecord, tmp
             kept_promise(file)
     for name in ("grinding.nc", "grinding_polar.nc"):
         assert "LOBES DIFFER" in (tmp_path / name).read_text(encoding="ascii")
+
+
+@pytest.mark.parametrize("decimals", [3, 4, 6])
+def test_decimals_are_those_the_control_reads(rv40e_record: DesignRecord, tmp_path: Path, decimals: int) -> None:
+    record = record_with(rv40e_record, rv40e_record.profile, (), nc_decimals=decimals, wheel_radius_mm=2.5)
+    for exporter in (GcodeExporter(), PolarExporter(), WireExporter()):
+        file = exporter.write(record, tmp_path)[0]
+        kept_promise(file)
+        assert file.tolerance is not None
+        assert file.tolerance <= 1e-3 + 1.5 * 10.0**-decimals
+    steps = run((tmp_path / "grinding_polar.nc").read_text(encoding="ascii"), "linuxcnc")
+    turning = [step for step in steps if step.c != step.c_start and step.code == 1]
+    assert all(step.c > step.c_start for step in turning)
+    assert turning[-1].c - turning[0].c_start == pytest.approx(6 * 360.0, abs=1e-7)
+    words = re.findall(r" ([XC])-?\d+\.(\d+)", (tmp_path / "grinding_polar.nc").read_text(encoding="ascii"))
+    assert {letter: len(places) for letter, places in words} == {"X": decimals, "C": decimals + 1}
+
+
+@pytest.mark.slow
+def test_equal_input_gives_equal_bytes(rv40e_record: DesignRecord, tmp_path: Path) -> None:
+    # A feed that the axes cannot follow everywhere, so that the linear program is solved as well.
+    record = record_with(rv40e_record, rv40e_record.profile, (circle("bore", 0j, 5.0),), feed_mm_per_min=6000.0)
+    names = []
+    for folder in (tmp_path / "a", tmp_path / "b"):
+        folder.mkdir()
+        for exporter in (PolarExporter(), WireExporter(), GcodePathExporter(), DmisExporter(), VdaExporter()):
+            names += [file.name for file in exporter.write(record, folder)]
+    assert "TO 6000.0 MM/MIN" in (tmp_path / "a" / "grinding_polar.nc").read_text(encoding="ascii")
+    assert "6000.0 TO 6000.0" not in (tmp_path / "a" / "grinding_polar.nc").read_text(encoding="ascii")
+    for name in names:
+        assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()

@@ -22,8 +22,9 @@ from scipy.spatial import cKDTree
 
 from cycloid_profile.design.record import DesignRecord
 from cycloid_profile.export.dxf import DxfExporter
-from cycloid_profile.export.gcode import ROUNDING, GcodeExporter
+from cycloid_profile.export.gcode import GcodeExporter
 from cycloid_profile.export.points import CMM_COLUMNS, PROFILE_COLUMNS, CmmExporter, ProfileCsvExporter
+from cycloid_profile.export.post import LINUXCNC
 
 TOLERANCE = 5e-5
 CHORDS = 3e-9  # of the polyline that stands for the exact curve
@@ -84,7 +85,7 @@ def test_nc_program_follows_the_tooth(rv40e_record: DesignRecord, exact: ExactCu
     assert codes[0] == "G0"
     assert set(codes[1:]) <= {"G1", "G2", "G3"}
     contour = points[3:-2].reshape(-1, 2)
-    assert np.max(exact.distance(contour)) <= TOLERANCE + ROUNDING
+    assert np.max(exact.distance(contour)) <= TOLERANCE + LINUXCNC.rounding
     # Lead-in and lead-out stay outside the tooth: nearer to the disc's centre would be a gouge.
     tip = np.max(np.hypot(*exact.points.T))
     assert np.min(np.hypot(*points[[1, 2, -2, -1]].reshape(-1, 2).T)) >= tip - 1e-4
