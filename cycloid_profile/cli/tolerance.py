@@ -64,7 +64,7 @@ def tolerance(
     folder = output_folder(out, spec) / "tolerance" if out is None else out
     workers: Workers = Threads(threads) if scheduler is None else Cluster(scheduler)
     with progress() as tell:
-        record = tolerance_record(wanted, folder / "samples", workers, tell)
+        record = tolerance_record(wanted, folder / "samples", workers, allocate, tell)
         written = write_tolerance(record, folder, tell)
     values = told(record) | {"report": str(written)}
     if json:
@@ -76,6 +76,7 @@ def tolerance(
 
 
 def _print(name: str, record: ToleranceRecord) -> None:
+    from cycloid_profile.report.tolerance_advice import HALVED, allocation_section, ranking_head, ranking_rows
     from cycloid_profile.report.tolerance_package import QUANTITY_HEAD, YIELD_HEAD, headline, summary_sentences
     from cycloid_profile.report.tolerance_told import quantity_rows, yield_rows
 
@@ -85,5 +86,13 @@ def _print(name: str, record: ToleranceRecord) -> None:
     if rows:
         print()
         print_table("yield", YIELD_HEAD, rows)
+    print()
+    print_table(HALVED, ranking_head(record.advice.last),
+                ranking_rows(record.advice.last))  # fmt: skip
+    if record.allocation is not None:
+        (table,) = allocation_section(record.allocation, name).tables
+        print()
+        print_table("cheapest tolerances", table.head, table.rows)
+        print(f"\n{allocation_section(record.allocation, name).texts[0]}")
     for sentence in summary_sentences(record):
         print(f"\n{sentence}")

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from cycloid_profile.design.ground import built_reducer
+from cycloid_profile.design.tolerance_ranking import TighteningAdvice, tightening_advice
 from cycloid_profile.design.tolerancing import (
     backlash_study,
     beside,
@@ -19,18 +20,25 @@ from cycloid_profile.design.tolerancing import (
     without_compensation,
 )
 from cycloid_profile.effects.built import Built
+from cycloid_profile.errors import SpecError
 from cycloid_profile.spec.model import Spec
+from cycloid_profile.tolerance.allocated import Allocation
+from cycloid_profile.tolerance.allocation import Effort, allocate
 from cycloid_profile.tolerance.comparison import Comparison, compare_designs
 from cycloid_profile.tolerance.limits import Limit
+from cycloid_profile.tolerance.quantities import Measures
 from cycloid_profile.tolerance.run import run
 from cycloid_profile.tolerance.scatter import Tolerances
 from cycloid_profile.tolerance.store import Store
+from cycloid_profile.tolerance.study import Study
 from cycloid_profile.tolerance.summary import StudySummary, summarise
 from cycloid_profile.tolerance.workers import Workers
 
 Tell = Callable[[str], None]
 # Reducers that two designs are compared by: a ratio of deviations to a hundredth.
 _COMPARED_BACKLASH, _COMPARED_LOADED = 16_384, 512
+# Reducers to search the cheapest tolerances with and to confirm them with, where each has to be loaded.
+_ALLOCATED_LOADED = (1024, 4096)
 
 
 @dataclass(frozen=True)
@@ -39,7 +47,7 @@ class ToleranceRecord:
 
     ``backlash`` of many reducers; ``loaded``, all quantities of fewer, None where none were asked for; ``drawn``, each
     quantity of the drawing; ``compared``, the same reducers ground without and with deformation compensation, empty
-    without one.
+    without one; ``advice``, which tolerance to tighten; ``allocation``, the cheapest ones, None where not asked for.
     """
 
     spec: Spec
@@ -50,6 +58,8 @@ class ToleranceRecord:
     loaded: StudySummary | None
     drawn: Mapping[str, float]
     compared: tuple[Comparison, ...]
+    advice: TighteningAdvice
+    allocation: Allocation | None
 
     @property
     def summaries(self) -> tuple[StudySummary, ...]:
@@ -57,13 +67,19 @@ class ToleranceRecord:
         return (self.backlash,) if self.loaded is None else (self.backlash, self.loaded)
 
 
-def tolerance_record(spec: Spec, folder: Path, workers: Workers, tell: Tell = lambda _: None) -> ToleranceRecord:
+def tolerance_record(
+    spec: Spec, folder: Path, workers: Workers, allocated: bool = False, tell: Tell = lambda _: None
+) -> ToleranceRecord:
     """Run the study of a spec; its samples are kept in ``folder``, and found again after a break.
+
+    ``allocated``: find the cheapest tolerances that reach the yield asked for, too.
 
     Raises
     ------
     SpecError, GeometryError, LoadError
         If the drive or a tolerance cannot be.
+    AllocationError
+        If no tolerances within their bounds reach the yield.
     ToleranceError
         If the folder cannot be written to, or the workers cannot compute.
     """
@@ -88,7 +104,19 @@ def tolerance_record(spec: Spec, folder: Path, workers: Workers, tell: Tell = la
         loaded=None if loaded is None else summarise(loaded, limits),
         drawn=drawn,
         compared=_compared(spec, unloaded, loaded, tell),
+        advice=tightening_advice([store.study for store in (unloaded, loaded) if store is not None], limits, tell),
+        allocation=_allocated(spec, many, limits, tell) if allocated else None,
     )
+
+
+def _allocated(spec: Spec, study: Study, limits: tuple[Limit, ...], tell: Tell) -> Allocation:
+    if not limits:
+        raise SpecError("tolerance.limits", "none", "leave nothing to reach", "give at least one limit", " ")
+    quantities = tuple(limit.quantity for limit in limits)
+    measures = Measures(study.built, study.changes, quantities)
+    loaded = any("backlash" not in quantity for quantity in quantities)
+    effort = Effort(*_ALLOCATED_LOADED) if loaded else Effort()
+    return allocate(study.draws, measures, limits, spec.tolerance.yield_percent / 100.0, effort, tell)
 
 
 def _compared(spec: Spec, backlash: Store, loaded: Store | None, tell: Tell) -> tuple[Comparison, ...]:

@@ -7,9 +7,7 @@ import io
 import json
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from cycloid_profile.design.tolerance_record import ToleranceRecord
 from cycloid_profile.export.folder import whole_or_nothing
@@ -17,6 +15,8 @@ from cycloid_profile.plot.budget import budget_plot, sensitivity_plot
 from cycloid_profile.plot.style import save
 from cycloid_profile.plot.tolerance_distribution import distribution_plot
 from cycloid_profile.report.page import inline_svg, template
+from cycloid_profile.report.tolerance_advice import advice_section, advice_sentence, allocation_section
+from cycloid_profile.report.tolerance_sections import Section
 from cycloid_profile.report.tolerance_told import (
     comparison_rows,
     comparison_sentence,
@@ -32,9 +32,6 @@ from cycloid_profile.tolerance.published_budget import budget_from_geometry, pri
 from cycloid_profile.tolerance.published_sensitivities import sensitivities
 from cycloid_profile.tolerance.summary import Yield
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 PLOTS = "plots"
 QUANTITY_HEAD = ("quantity", "reducers", "as drawn", "mean", "deviation", "50 %", "95 %", "99 %", "99.73 %")
 YIELD_HEAD = ("limit", "passes", "95 % interval", "of 1000", "reducers")
@@ -42,17 +39,6 @@ TOLERANCE_HEAD = ("error", "parts", "tolerance", "standard deviation", "distribu
 COMPARISON_HEAD = ("quantity", "mean, without", "with", "deviation, without", "with", "ratio of deviations",
                    "with compensation")  # fmt: skip
 _INTERVALS = "In brackets the 95 % interval that the number of reducers leaves."
-
-
-@dataclass(frozen=True)
-class Section:
-    """A part of the report: texts, tables, pictures (name and caption), and a note."""
-
-    title: str
-    texts: tuple[str, ...] = ()
-    tables: tuple[PlainTable, ...] = ()
-    drawn: tuple[tuple[str, str, Callable[[], Figure]], ...] = ()
-    note: str = ""
 
 
 def write_tolerance(record: ToleranceRecord, folder: Path, tell: Callable[[str], None] = lambda _: None) -> Path:
@@ -86,7 +72,10 @@ def write_tolerance(record: ToleranceRecord, folder: Path, tell: Callable[[str],
 
 def sections(record: ToleranceRecord) -> list[Section]:
     """The report in order."""
-    found = [_distributions(record), _tolerances(record)]
+    found = [_distributions(record), advice_section(record.advice, record.spec.name)]
+    if record.allocation is not None:
+        found.append(allocation_section(record.allocation, record.spec.name))
+    found.append(_tolerances(record))
     if record.compared:
         found.append(_comparison(record))
     found.append(_published(record))
@@ -113,6 +102,7 @@ def summary_sentences(record: ToleranceRecord) -> list[str]:
     said = []
     if record.tolerances.assumed:
         said.append("The spec has no [tolerance] table: what a good workshop holds was taken for every error.")
+    said.append(advice_sentence(record.advice))
     claim = comparison_sentence(record)
     if claim:
         said.append(claim)

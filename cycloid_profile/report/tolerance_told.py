@@ -6,18 +6,12 @@ import math
 from typing import Any
 
 from cycloid_profile.design.tolerance_record import ToleranceRecord
+from cycloid_profile.report.tolerance_advice import advice_told, allocation_told
+from cycloid_profile.report.tolerance_sections import UNITS, words
 from cycloid_profile.tolerance.limits import Limit
 from cycloid_profile.tolerance.quantities import QUANTITIES
 from cycloid_profile.tolerance.scatter import Scatter
 from cycloid_profile.tolerance.summary import Interval, QuantitySummary, StudySummary
-
-UNITS = {
-    "backlash_arcmin": "′",
-    "least_backlash_arcmin": "′",
-    "lost_motion_arcmin": "′",
-    "transmission_error_arcsec": "″",
-    "peak_pressure_mpa": "MPa",
-}
 
 
 def told(record: ToleranceRecord) -> dict[str, Any]:
@@ -46,6 +40,8 @@ def told(record: ToleranceRecord) -> dict[str, Any]:
             }
             for one in record.compared
         ],
+        **advice_told(record.advice),
+        "allocation": None if record.allocation is None else allocation_told(record.allocation),
     }
 
 
@@ -65,7 +61,7 @@ def quantity_rows(record: ToleranceRecord) -> list[tuple[str, ...]]:
         p = one.percentiles
         rows.append(
             (
-                f"{_words(one.name)} [{UNITS[one.name]}]",
+                f"{words(one.name)} [{UNITS[one.name]}]",
                 f"{one.spread.count:,}",
                 _shown(record.drawn.get(one.name, math.nan)),
                 _with_error(one.mean),
@@ -81,7 +77,7 @@ def yield_rows(record: ToleranceRecord) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = []
     for summary in record.summaries:
         for one in summary.yields:
-            limit = "all limits together" if one.limit is None else limit_in_words(one.limit)
+            limit = "all limits together" if one.limit is None else limit_inwords(one.limit)
             s = one.share
             rows.append(
                 (
@@ -95,10 +91,10 @@ def yield_rows(record: ToleranceRecord) -> list[tuple[str, ...]]:
     return rows
 
 
-def limit_in_words(limit: Limit) -> str:
+def limit_inwords(limit: Limit) -> str:
     """A limit with its unit."""
     ends = ((sign, end) for sign, end in (("≥", limit.at_least), ("≤", limit.at_most)) if math.isfinite(end))
-    return f"{_words(limit.quantity)} {' and '.join(f'{sign} {end:g}' for sign, end in ends)} {UNITS[limit.quantity]}"
+    return f"{words(limit.quantity)} {' and '.join(f'{sign} {end:g}' for sign, end in ends)} {UNITS[limit.quantity]}"
 
 
 def tolerance_rows(record: ToleranceRecord) -> list[tuple[str, ...]]:
@@ -115,7 +111,7 @@ def comparison_rows(record: ToleranceRecord) -> list[tuple[str, ...]]:
     """Quantity, deviation without and with compensation, ratio with two errors, and the answer."""
     return [
         (
-            f"{_words(one.quantity)} [{UNITS[one.quantity]}]",
+            f"{words(one.quantity)} [{UNITS[one.quantity]}]",
             _shown(one.mean[0]),
             _shown(one.mean[1]),
             _shown(one.deviation[0]),
@@ -132,7 +128,7 @@ def comparison_sentence(record: ToleranceRecord) -> str | None:
     if not record.compared:
         return None
     said = {one.quantity: one.verdict for one in record.compared}
-    parts = ", ".join(f"{_words(name)} {verdict} sensitive" for name, verdict in said.items())
+    parts = ", ".join(f"{words(name)} {verdict} sensitive" for name, verdict in said.items())
     confirmed = all(verdict == "less" for verdict in said.values())
     answer = "holds" if confirmed else "does not hold for all of them" if "less" in said.values() else "does not hold"
     claim = "Published claim that deformation compensation makes a reducer less sensitive to tolerances"
@@ -183,10 +179,6 @@ def _percent(share: Interval) -> dict[str, float]:
 
 def _number(value: float) -> float | None:
     return value if math.isfinite(value) else None
-
-
-def _words(name: str) -> str:
-    return name.rsplit("_", 1)[0].replace("_", " ")
 
 
 def _shown(value: float) -> str:

@@ -1,0 +1,36 @@
+"""A section of the tolerance report: texts, tables, pictures and a note."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from cycloid_profile.tolerance.plain_tables import PlainTable
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+UNITS = {
+    "backlash_arcmin": "′",
+    "least_backlash_arcmin": "′",
+    "lost_motion_arcmin": "′",
+    "transmission_error_arcsec": "″",
+    "peak_pressure_mpa": "MPa",
+}
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of the report; ``drawn`` holds the name, the caption and the maker of each picture."""
+
+    title: str
+    texts: tuple[str, ...] = ()
+    tables: tuple[PlainTable, ...] = ()
+    drawn: tuple[tuple[str, str, Callable[[], Figure]], ...] = ()
+    note: str = ""
+
+
+def words(name: str) -> str:
+    """Name of a quantity without its unit."""
+    return name.rsplit("_", 1)[0].replace("_", " ")
