@@ -1,4 +1,4 @@
-"""How one loaded contact answers to its disc, its pin and its tooth (docs/tolerance.md, Eqs. 62–64).
+"""How one loaded contact answers to its disc, its pin and its tooth (docs/tolerance.md, Eqs. 62, 63).
 
 Seen from the tooth the pin moves along the normal, which presses, and across it, which lets the foot slide: the normal
 turns by the curvature, and the curvature itself changes. All of it is exact geometry of the curve at the foot.

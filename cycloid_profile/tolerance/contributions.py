@@ -1,4 +1,4 @@
-"""Which tolerance to tighten: what each alone moves when it is halved, and when it is zero (docs/tolerance.md, Eq. 69).
+"""Which tolerance to tighten: what each alone moves when it is halved, and when it is zero (docs/tolerance.md, Eq. 67).
 
 The same reducers are drawn with one width changed, so that what is compared differs in that alone.
 """

@@ -1,4 +1,4 @@
-"""How rotation and pressure under load answer to a small change of any part (docs/tolerance.md, Eqs. 62–65).
+"""How rotation and pressure under load answer to a small change of any part (docs/tolerance.md, Eqs. 62–64).
 
 Implicit function theorem at the exact equilibrium: the tangent of all forces, geometry included, is solved against
 what a change puts out of balance.

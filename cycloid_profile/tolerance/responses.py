@@ -69,7 +69,7 @@ def responses(built: Built, changes: list[UnitChange]) -> tuple[Response, ...]:
     rated = loaded_slopes(built, changes, crank, np.full(len(crank), torque))
     ahead, behind = _rows(rated.rotation_by_unit), _rows(-rated.rotation_by_unit)
     error = Weighted((largest(rated.rotation, ahead, _TIE_ANGLE), largest(-rated.rotation, behind, _TIE_ANGLE)))
-    found = (
+    found: tuple[tuple[float, Slope, float], ...] = (
         (touch.values.max(), largest(touch.values, touch.slopes, _TIE_ANGLE), ARCMIN),
         (touch.values.min(), least(touch.values, touch.slopes, _TIE_ANGLE), ARCMIN),
         (touch.values.mean(), Weighted(touch.slopes, 1.0 / len(touch.slopes)), ARCMIN),

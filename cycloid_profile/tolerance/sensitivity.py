@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -75,6 +76,12 @@ class Sensitivity:
         """What the tolerance is worth: size of the derivative times the tolerance, 0 without one [unit of quantity]."""
         return self.of(quantity).largest * (self.tolerance or 0.0)
 
+    def ends(self, quantity: str) -> tuple[float, float]:
+        """Least and largest change of a quantity with the size at either limit of its tolerance [its unit]."""
+        one, width = self.of(quantity), self.tolerance or 0.0
+        changes = (width * one.rising, width * (one.falling if self.over_direction else -one.falling), 0.0)
+        return min(changes), max(changes)
+
 
 @dataclass(frozen=True, kw_only=True)
 class PartsSensitivity:
@@ -126,7 +133,7 @@ def scatter_sensitivities(tolerances: Tolerances, point: WorkingPoint) -> tuple[
         parts = point.placed[at : at + len(one.choices)]
         at += len(parts)
         rows = [_of_size(point, placed, one.plus_minus) for placed in parts]
-        worst = tuple(max(rows, key=lambda row, i=i: row.derivatives[i].largest) for i in range(len(RESPONSES)))
+        worst = tuple(max(rows, key=partial(_largest, i)) for i in range(len(RESPONSES)))
         squares = [[row.derivatives[i].mean_square for row in rows] for i in range(len(RESPONSES))]
         found.append(
             PartsSensitivity(
@@ -140,6 +147,10 @@ def scatter_sensitivities(tolerances: Tolerances, point: WorkingPoint) -> tuple[
             )
         )
     return tuple(found)
+
+
+def _largest(response: int, row: Sensitivity) -> float:
+    return row.derivatives[response].largest
 
 
 def _rows(point: WorkingPoint, placed: PlacedEffect, tolerance: float | None) -> list[Sensitivity]:

@@ -76,9 +76,9 @@ class Least:
 
 def largest(values: FloatArray, slopes: Sequence[Slope], tie: float) -> Slope:
     """Slope of the maximum of ``values``, each with its own slope; those within ``tie`` of it are equal."""
-    return Largest(tuple(slopes[i] for i in np.flatnonzero(values >= np.max(values) - tie)))
+    return Largest(tuple(slopes[int(i)] for i in np.flatnonzero(values >= np.max(values) - tie)))
 
 
 def least(values: FloatArray, slopes: Sequence[Slope], tie: float) -> Slope:
     """Slope of the minimum of ``values``, as ``largest``."""
-    return Least(tuple(slopes[i] for i in np.flatnonzero(values <= np.min(values) + tie)))
+    return Least(tuple(slopes[int(i)] for i in np.flatnonzero(values <= np.min(values) + tie)))

@@ -1,4 +1,4 @@
-"""Shares of the variance of each quantity by scatter: Sobol indices (docs/tolerance.md, Eqs. 66–68).
+"""Shares of the variance of each quantity by scatter: Sobol indices (docs/tolerance.md, Eqs. 65, 66).
 
 A group is one scatter with all its parts, as many numbers as they take; scatters that are correlated make one group.
 Where a quantity is a minimum over pins its mean moves with every width, and first order alone tells too little.
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -126,7 +126,7 @@ def sobol_shares(
     ValueError
         If ``samples`` is no power of two (raised by scipy).
     """
-    groups = Groups(replace(study.draws, batch_size=1))
+    groups = Groups(study.draws)
     names, f_A, f_B, f_AB = _evaluated(study, groups, samples)
     answered = np.all(np.isfinite(f_A), axis=0) & np.all(np.isfinite(f_B), axis=0)
     answered &= np.all(np.isfinite(f_AB), axis=(0, 1))
@@ -163,7 +163,8 @@ def linear_shares(groups: Groups, gradient: FloatArray, samples: int = 4096) -> 
 
     From the variances of so many draws, which takes any shape of the sizes and what hangs together within a group.
     """
-    x = groups.draws.coordinates(0, samples, 0)
+    draws = groups.draws
+    x = draws.from_normals(draws.sequence.normals(draws.seed, 0, samples, draws.dimensions))
     varied = np.array([np.var(x[:, columns] @ gradient[columns]) for columns in groups.coordinates])
     whole = float(np.sum(varied))
     return varied / whole if whole > 0.0 else varied
@@ -174,7 +175,8 @@ def _evaluated(
 ) -> tuple[tuple[str, ...], FloatArray, FloatArray, FloatArray]:
     """Names of the quantities; their values for A, for B, and for A with one group at a time from B."""
     draws = groups.draws
-    A, B = draws.normals(0, samples, 0), draws.normals(1, samples, samples)
+    # Halves of one sequence: rows of two scrambled nets have their leading digits in common and are not independent.
+    A, B = np.split(draws.sequence.normals(draws.seed, 0, samples, 2 * draws.dimensions), 2, axis=1)
 
     def values(z: FloatArray) -> FloatArray:
         return study.measures.of(draws.from_normals(z)).T
@@ -202,10 +204,12 @@ class _Evaluated:
         """First and total order of a choice of the samples, shape (2, quantities, groups)."""
         from scipy.stats import sobol_indices
 
-        # Copies: scipy centres what it is given in place.
-        func = {"f_A": self.f_A[:, some], "f_B": self.f_B[:, some], "f_AB": self.f_AB[..., some]}
+        # Of one group and one quantity scipy would make a bare number and stumble on it: two rows of the same.
+        rows = np.arange(max(len(self.f_A), 2)) % len(self.f_A)
+        # Picking copies: scipy centres what it is given in place.
+        func = {name: getattr(self, name)[..., rows, :][..., some] for name in ("f_A", "f_B", "f_AB")}
         found = sobol_indices(func=func, n=some.size)
-        return np.stack([found.first_order, found.total_order])
+        return np.reshape([found.first_order, found.total_order], (2, rows.size, -1))[:, : len(self.f_A)]
 
 
 def _intervals(evaluated: _Evaluated, seed: int, confidence: float, resamples: int) -> tuple[FloatArray, FloatArray]:

@@ -145,7 +145,7 @@ class WorkingPoint:
         SolveError
             If a disc finds no first touch, or the stage no equilibrium.
         """
-        return responses(self.whole, [change for one in self.placed for change in self._changes(one)])
+        return responses(self.whole, [change for one in self.placed for change in self.changes(one)])
 
     @cached_property
     def gradients(self) -> dict[str, FloatArray]:
@@ -153,7 +153,8 @@ class WorkingPoint:
         every = np.eye(self.coordinates)
         return {one.name: 0.5 * (one.slope.along(every) - one.slope.along(-every)) for one in self.responses}
 
-    def _changes(self, placed: PlacedEffect) -> list[UnitChange]:
+    def changes(self, placed: PlacedEffect) -> list[UnitChange]:
+        """What a unit of each coordinate of one of the effects changes, about the working point."""
         axes, effect = placed.axes, placed.effect
         tolerance = axes.size.tolerance or 1.0
         step = _STEP * (1.0 / tolerance if axes.inverse else tolerance)
