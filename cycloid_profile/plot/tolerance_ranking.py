@@ -99,9 +99,9 @@ def _indices(ax: Axes, shares: Sequence[Share | None], y: np.ndarray) -> None:
         ax.errorbar(
             value, at, xerr=np.maximum(ends, 0.0), fmt=marker, color=colour, markersize=4.5, capsize=2.5, label=label
         )
-    linear = [(at, share.linear) for at, share in zip(y, shares, strict=True) if share is not None]
-    if all(value is not None for _, value in linear):
-        ax.plot([value for _, value in linear], [at for at, _ in linear], "x", color=GREY, label="by first derivatives")
+    linear = [(at, s.linear) for at, s in zip(y, shares, strict=True) if s is not None and s.linear is not None]
+    if linear:
+        ax.plot(*np.array(linear)[:, ::-1].T, "x", color=GREY, label="by first derivatives")
     ax.axvline(0.0, color=BLACK, linewidth=0.8)
     ax.set_xlabel("Sobol index, share of the variance\n95 % interval")
     ax.legend(loc="lower right")
