@@ -121,10 +121,10 @@ def draw_removal(sheet: Sheet, record: DesignRecord, corner: complex) -> None:
     for i, name in enumerate(("0° root", "45°", "90°", "135°", "180° tip")):
         at = place(math.pi * i / 4, low)
         sheet.line(at, at + 1.5j)
-        sheet.text(at - 3.2j, name, SMALL, "CENTER")
-        sheet.text(at - 6.4j, f"{removed[45 * i] + 0.0:.2f}", SMALL, "CENTER")
+        sheet.text(at - 4.2j, name, SMALL, "CENTER")
+        sheet.text(at - 7.4j, f"{removed[45 * i] + 0.0:.2f}", SMALL, "CENTER")
     for value in sorted({low, 0.0, high}):
         sheet.line(place(0.0, value), place(0.0, value) + 1.5)
         sheet.text(place(0.0, value) - 1.0 - 0.5j * SMALL, f"{value:.3g}", SMALL, "RIGHT")
     sheet.text(corner + 0.5 * width + 1j * (height + 1.6), "removal along the normal [µm]", TEXT, "CENTER")
-    sheet.text(corner + 0.5 * width - 9.8j, "over phase ψ; values below", SMALL, "CENTER")
+    sheet.text(corner + 0.5 * width - 10.8j, "over phase ψ; values below", SMALL, "CENTER")

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import random
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -12,6 +15,17 @@ _INCH = 25.4
 _SALT = "cycloid_profile"
 # No dates, so that equal input gives equal bytes.
 _METADATA = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}, ".png": {}}
+
+
+@contextmanager
+def _settled_chance() -> Iterator[None]:
+    """The same random numbers each time: ezdxf moves hatch lines by chance, by a thousandth of their distance."""
+    before = random.getstate()
+    random.seed(0)
+    try:
+        yield
+    finally:
+        random.setstate(before)
 
 
 @cache
@@ -42,7 +56,7 @@ def print_drawing(doc: Any, unit: float, paths: list[Path], dpi: float = 150.0) 
         lineweight_policy=LineweightPolicy.ABSOLUTE,
         max_flattening_distance=0.01 * unit,
     )
-    with matplotlib.rc_context({"svg.hashsalt": _SALT, "path.simplify": False}):
+    with matplotlib.rc_context({"svg.hashsalt": _SALT, "path.simplify": False}), _settled_chance():
         figure = Figure(figsize=(A3[0] / _INCH, A3[1] / _INCH))
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         backend = MatplotlibBackend(axes, adjust_figure=False)

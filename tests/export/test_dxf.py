@@ -186,7 +186,7 @@ def drives(draw: st.DrawFn) -> dict[str, Any]:
 
 
 @pytest.mark.slow
-@settings(deadline=None, max_examples=40)
+@settings(deadline=None, max_examples=20)
 @given(drive=drives(), equidistant=st.sampled_from([0.0, 5.0]), rotation=st.sampled_from([0.0, 0.5]))
 def test_any_drive_is_written_or_refused_with_its_limit(
     rv40e_record: DesignRecord, tmp_path_factory: pytest.TempPathFactory, drive: dict[str, Any], equidistant: float,
