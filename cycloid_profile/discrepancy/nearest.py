@@ -63,19 +63,17 @@ def nearest(model: ExactModel, equations: Normal) -> tuple[Near, ...]:
 
 
 def _told(candidate: Candidate, u: FloatArray, share: float) -> Near:
-    x = u * candidate.width
-    explains = f"it explains {100.0 * share:.0f} % of the gap alone"
     if _negative(candidate, u):
         return Near(candidate.name, {}, share, f"{candidate.size} would be negative, which it cannot be")
-    parameters = candidate.parameters(x)
+    parameters = candidate.parameters(u * candidate.width)
+    size = f"{candidate.size} = {parameters[candidate.size]:.3g}"
+    leaves = f"leaves {100.0 * (1.0 - share):.0f} % of the gap"
     if not _too_large(candidate, u):
-        return Near(candidate.name, parameters, share, f"{explains} only" if share < _EXPLAINED else explains)
-    largest = candidate.parameters([candidate.implausible, 0.0])[candidate.size]
-    size = abs(parameters[candidate.size])
-    word = "softer" if candidate.inverse else "larger"
-    why = f"{candidate.size} = {size:.3g} is {word} than any workshop makes ({largest:.3g})"
+        return Near(candidate.name, parameters, share, f"alone, with {size}, it {leaves}")
+    largest = abs(candidate.parameters([candidate.implausible, 0.0])[candidate.size])
+    why = f"{size} is {'softer' if candidate.inverse else 'larger'} than any workshop makes ({largest:.3g})"
     enough = share > _EXPLAINED
-    return Near(candidate.name, parameters, share, why if enough else f"{why}; {explains}", enough)
+    return Near(candidate.name, parameters, share, why if enough else f"{why}, and it {leaves}", enough)
 
 
 def _too_large(candidate: Candidate, u: FloatArray) -> bool:
