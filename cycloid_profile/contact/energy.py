@@ -48,8 +48,8 @@ class StageEnergy:
     [mm], shape (poses, discs, pins); ``disc_unknowns``, ``spring_stretch`` and ``spring_matrix`` as in
     ``SupportModel``;
     ``stretch`` of the bearings there, shape (poses, bearings, 2) [mm]; ``bearing_stiffness`` [N/mm] and
-    ``play``, one or shape (poses, 1) [mm]; ``torque`` shape (poses,) and carrier ``rotation`` there [N·mm, rad]; ``arm`` as in
-    ``SupportModel``.
+    ``play``, one or shape (poses, 1) [mm]; ``torque`` shape (poses,) and carrier ``rotation`` there [N·mm, rad];
+    ``arm`` as in ``SupportModel``.
     """
 
     law: ContactLaw

@@ -53,7 +53,7 @@ class Normal:
         low = ndtr(-self.limit / self.sigma)
         # The lower half by itself: near rank 1 the digits of a rank run out.
         lower = low + (1.0 - 2.0 * low) * ndtr(-np.abs(z))
-        return self.mean + self.sigma * np.sign(z) * -ndtri(np.maximum(lower, _LEAST_TAIL))
+        return np.asarray(self.mean + self.sigma * np.sign(z) * -ndtri(np.maximum(lower, _LEAST_TAIL)))
 
     def scaled(self, factor: float) -> Normal:
         """See ``Distribution.scaled``; the limits of inspection move with the width."""
@@ -81,7 +81,7 @@ class Uniform:
         """See ``Distribution.of``."""
         from scipy.special import ndtr
 
-        return self.mean + self.half_width * (2.0 * ndtr(z) - 1.0)
+        return np.asarray(self.mean + self.half_width * (2.0 * ndtr(z) - 1.0))
 
     def scaled(self, factor: float) -> Uniform:
         """See ``Distribution.scaled``."""
@@ -105,7 +105,7 @@ class Triangular:
         from scipy.special import ndtr
 
         off = 1.0 - np.sqrt(2.0 * ndtr(-np.abs(z)))
-        return self.mean + self.half_width * np.sign(z) * off
+        return np.asarray(self.mean + self.half_width * np.sign(z) * off)
 
     def scaled(self, factor: float) -> Triangular:
         """See ``Distribution.scaled``."""
@@ -132,7 +132,7 @@ class Rayleigh:
             return np.zeros_like(z)
         beyond = math.exp(-0.5 * (self.limit / self.sigma) ** 2)
         tail = beyond + (1.0 - beyond) * ndtr(-z)
-        return self.sigma * np.sqrt(-2.0 * np.log(np.maximum(tail, _LEAST_TAIL)))
+        return np.asarray(self.sigma * np.sqrt(-2.0 * np.log(np.maximum(tail, _LEAST_TAIL))))
 
     def scaled(self, factor: float) -> Rayleigh:
         """See ``Distribution.scaled``."""

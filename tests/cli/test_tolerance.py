@@ -63,8 +63,8 @@ def test_same_seed_same_samples_and_a_second_run_reuses_them(
         (
             PINS
             + PINS.replace("single_pin_error", "pin_position_error").replace("amount", "amplitude")
-            + '[[tolerance.correlations]]\nbetween = ["single_pin_error.amount_um", "pin_position_error.amplitude_um"]\n'
-            + "value = 1.0\n",
+            + "[[tolerance.correlations]]\nvalue = 1.0\n"
+            + 'between = ["single_pin_error.amount_um", "pin_position_error.amplitude_um"]\n',
             [],
             "positive definite",
         ),
