@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import math
 import struct
+import sys
 import xml.etree.ElementTree as ET
 import zipfile
 from dataclasses import replace
@@ -18,6 +19,7 @@ from independent import ExactCurve, area_inside
 
 from cycloid_profile.design.record import DesignRecord
 from cycloid_profile.errors import ExportError
+from cycloid_profile.export.formats import write_formats
 from cycloid_profile.export.mesh import extruded, open_edges, tooth_chords
 from cycloid_profile.export.printing import MeshExporter, printed
 from cycloid_profile.export.written import WrittenFile
@@ -89,7 +91,7 @@ def rim(triangles: np.ndarray, beyond: float) -> np.ndarray:
     return np.concatenate([start + share * (end - start) for start, end in chosen])
 
 
-@pytest.mark.parametrize("kind", ["3mf", "stl"])
+@pytest.mark.parametrize("kind", ["3mf", pytest.param("stl", marks=pytest.mark.slow)])
 def test_mesh_is_closed_and_within_its_chords(
     kind: str, files: dict[str, tuple[Path, WrittenFile]], exact: ExactCurve
 ) -> None:
@@ -152,3 +154,13 @@ def test_a_hole_in_the_mesh_is_counted(rv40e_record: DesignRecord) -> None:
 def test_an_offset_that_undercuts_is_refused(rv40e_record: DesignRecord) -> None:
     with pytest.raises(ExportError, match=r"flank_offset_um = 2000 is too much .* take a smaller offset"):
         printed(rv40e_record.outline, 2.0)
+
+
+def test_a_missing_library_is_told_in_one_sentence(
+    rv40e_record: DesignRecord, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "lib3mf", None)
+    written, skipped = write_formats(rv40e_record, ("cmm", "3mf", "stl"), tmp_path)
+    assert [file.name for file in written] == ["cmm_nominal.csv"]
+    assert set(skipped) == {"3mf", "stl"}
+    assert all("pip install lib3mf" in reason and "\n" not in reason for reason in skipped.values())

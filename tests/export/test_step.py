@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import shutil
 import subprocess
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 from independent import ExactCurve, area_inside, read_step_splines, sample_spline
@@ -21,6 +23,8 @@ from independent import ExactCurve, area_inside, read_step_splines, sample_splin
 from cycloid_profile.design.record import DesignRecord
 from cycloid_profile.export.step import StepExporter
 from cycloid_profile.export.written import WrittenFile
+from cycloid_profile.geometry.contour import circle
+from cycloid_profile.geometry.openings import keyed_bore, ring_of_holes, ring_of_windows
 from cycloid_profile.spec.cad import StepSpec
 
 pytest.importorskip("OCP", reason="the CAD kernel is not installed")
@@ -48,8 +52,6 @@ def with_step(record: DesignRecord, step: StepSpec) -> DesignRecord:
 
 
 def _replaced(table: Any, **changes: Any) -> Any:
-    import msgspec
-
     return msgspec.structs.replace(table, **changes)
 
 
@@ -103,6 +105,7 @@ def test_equal_input_gives_equal_bytes(
     assert "'2000-01-01T00:00:00'" in disc[0].read_text(encoding="ascii")
 
 
+@pytest.mark.slow
 def test_cubics_and_the_newer_protocol_are_to_be_had(
     rv40e_record: DesignRecord, exact: ExactCurve, tmp_path: Path
 ) -> None:
@@ -114,6 +117,33 @@ def test_cubics_and_the_newer_protocol_are_to_be_had(
     text = (tmp_path / "disc.step").read_text(encoding="ascii")
     assert "AP242_MANAGED_MODEL_BASED_3D_ENGINEERING_MIM_LF" in text
     assert len(text) <= 1_000_000
+
+
+def test_windows_and_keyways_are_cut_out_exactly(tmp_path: Path) -> None:
+    from OCP.BRepGProp import BRepGProp
+    from OCP.GProp import GProp_GProps
+
+    from cycloid_profile.export.solids import plate
+    from cycloid_profile.export.step_file import Part, Substance, write_part
+    from cycloid_profile.export.step_read import read_shape, sound_solids, top_edges
+
+    openings = (
+        keyed_bore("bore", 16.0, 2, 6.0, 2.8, 0.3, 0.5 * math.pi),
+        *ring_of_windows("window", 3, (26.0, 48.0), math.radians(50.0), 4.0, math.radians(60.0)),
+        *ring_of_holes("crank hole", 3, 36.0, 13.0),
+    )
+    # A round plate, whose volume the kernel integrates exactly, unlike that of spline flanks.
+    solid = plate(circle("edge", 0j, 55.0), openings, -2.0, 9.5)
+    path = tmp_path / "plate.step"
+    write_part(Part("plate", solid, (0.5, 0.5, 0.5), Substance("steel", "")), path, "AP214")
+    (back,) = sound_solids(read_shape(path), path, 1)
+    found = GProp_GProps()
+    BRepGProp.VolumeProperties_s(back, found)
+    area = math.pi * 55.0**2 - sum(opening.area for opening in openings)
+    assert found.Mass() == pytest.approx(area * 11.5, rel=1e-10)
+    edges, holes, faces = top_edges(back)
+    assert (len(edges), holes) == (1, 7)
+    assert faces == 2 + 1 + sum(len(opening.segments) for opening in openings)
 
 
 @pytest.mark.slow
@@ -176,8 +206,6 @@ def test_freecad_reads_the_same_disc(disc: tuple[Path, WrittenFile], exact: Exac
         pytest.skip("FreeCAD is not installed")
     (tmp_path / "read.py").write_text(FREECAD, encoding="utf-8")
     words = {"STEP_FILE": str(disc[0]), "STEP_FOUND": str(tmp_path / "found.json"), "HOME": str(tmp_path)}
-    import os
-
     subprocess.run([command, str(tmp_path / "read.py")], env=os.environ | words, check=False, timeout=120,
                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)  # fmt: skip
     found = json.loads((tmp_path / "found.json").read_text(encoding="utf-8"))
