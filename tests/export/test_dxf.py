@@ -8,8 +8,10 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 import shutil
 import subprocess
+import zlib
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -300,14 +302,32 @@ def test_freecad_reads_the_same_curves(written: Path, exact: ExactCurve, tmp_pat
 
 
 @pytest.mark.slow
-def test_librecad_draws_both_files(written: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["profile", "profile_arcs"])
+def test_librecad_draws_the_whole_tooth(written: Path, rv40e_record: DesignRecord, tmp_path: Path, name: str) -> None:
     librecad = shutil.which("librecad")
     if librecad is None:
         pytest.skip("LibreCAD is not installed")
+    doc = ezdxf.readfile(written / f"{name}.dxf")
+    for entity in list(doc.modelspace().query('*[layer!="PROFILE"]')):
+        doc.modelspace().delete_entity(entity)
+    doc.saveas(tmp_path / f"{name}.dxf")
     environment = {**os.environ, "QT_QPA_PLATFORM": "offscreen", "HOME": str(tmp_path)}
-    for name in ("profile.dxf", "profile_arcs.dxf"):
-        out = tmp_path / f"{name}.pdf"
-        command = [librecad, "dxf2pdf", "-a", "-c", "-o", str(out), str(written / name)]
-        subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, env=environment, check=True)
-        # A curve it cannot draw is left out of the page, which then holds some hundred bytes.
-        assert out.stat().st_size > 50_000
+    command = [librecad, "dxf2pdf", "-a", "-c", f"{name}.dxf"]
+    subprocess.run(
+        command, cwd=tmp_path, stdin=subprocess.DEVNULL, capture_output=True, env=environment, check=True, timeout=100
+    )
+    streams = re.findall(rb"stream\r?\n(x.*?)\r?\nendstream", (tmp_path / f"{name}.pdf").read_bytes(), re.DOTALL)
+    text = b"".join(zlib.decompress(stream) for stream in streams if stream[:1] == b"x").decode("latin1")
+    # The first path is the page itself.
+    drawn = np.array([(float(x), float(y)) for x, y in re.findall(r"([\d.]+) ([\d.]+) [ml]\n", text)])[5:]
+    # The middle of the best circle: 39 lobes are not symmetric about both axes.
+    (u, v, _), *_ = np.linalg.lstsq(np.column_stack([2.0 * drawn, np.ones(len(drawn))]), np.sum(drawn**2, axis=1))
+    away = (drawn - np.array([u, v])) @ np.array([1.0, 1j])
+    outline = rv40e_record.outline
+    # Units of this page are some 0.02 mm of the disc.
+    assert np.min(np.abs(away)) / np.max(np.abs(away)) == pytest.approx(
+        outline.root_radius / outline.tip_radius, abs=2e-3
+    )
+    # All round, without a gap: neighbours in angle stand closer than a tenth of a lobe.
+    angles = np.sort(np.angle(away))
+    assert np.max(np.diff(angles, append=angles[0] + 2.0 * math.pi)) < 0.1 * 2.0 * math.pi / 39
