@@ -1,6 +1,6 @@
 """Moment balance of very many poses, compiled by numba; ``balance_moments`` is its readable reference.
 
-Imported only where numba is installed (``pip install "cycloid-profile[fast]"``) and there is enough to do at
+Imported only where numba can be had (not on every platform) and there is enough to do at
 once: to import and load the compiled code takes a third of a second, to compile it the first time two.
 """
 

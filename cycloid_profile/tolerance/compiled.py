@@ -1,7 +1,7 @@
 """Balance and first touch of very many reducers, compiled by numba; ``loaded`` and ``clearance`` hold the readable
 references.
 
-Imported only where numba is installed (``pip install "cycloid-profile[fast]"``). One thread a call, free of the
+Imported only where numba can be had (not on every platform). One thread a call, free of the
 interpreter's lock, so that chunks run beside each other.
 """
 

@@ -176,9 +176,7 @@ def _weighted(x: FloatArray, weights: FloatArray) -> FloatArray:
     return total
 
 
-def loaded_stage(
-    built: Built, changes: list[UnitChange], crank_angle: FloatArray, torque: FloatArray
-) -> LoadedStage:
+def loaded_stage(built: Built, changes: list[UnitChange], crank_angle: FloatArray, torque: FloatArray) -> LoadedStage:
     """The stage at crank angles of disc 1 [rad] under torques [N·mm], shape (loads,) both.
 
     The errors of ``built`` itself are taken as those of the reducers are: linear about the drawing.
