@@ -62,7 +62,7 @@ def named(model: ExactModel, candidates: Sequence[Candidate], tell: Callable[[st
         tell("rescoring on the exact model with all rows")
         climb.up(starts, _FINAL_ROUNDS)
         best = _first_that_contributes(climb)
-        counted = recounted(model, model, library, best) if leaves_something(best) else model
+        counted = recounted(model, model, library, best) if best.members else model
         if counted is model:
             break
         model, starts = counted, [(library.places(best.members), best.u)]
@@ -93,7 +93,10 @@ def _coarse(model: ExactModel, library: Library, tell: Callable[[str], None]) ->
         if gain <= _WEAK:
             return model, Climb(model, library, _RESCORINGS_FULL, tell), linear
         singles = leading_singles(few, library, equations, gain, tell)
-        counted = recounted(model, few, library, singles[0]) if singles else model
+        # Few rows suspect another count, all rows decide on it.
+        if not singles or recounted(model, few, library, singles[0]) is model:
+            break
+        counted = recounted(model, model, library, singles[0])
         if counted is model:
             break
         model = counted
