@@ -26,8 +26,9 @@ from cycloid_profile.errors import CycloidError
 _WIDTH_OF_TOLERANCE = 2.0
 _LEAST_WIDTH_UM = 1.5
 _IMPLAUSIBLE = 3.5
-# Waves of chatter are found by their spectrum; a pin out of place is told as one of another radius.
-_NOT_LISTED = frozenset({"grinding_chatter", "pin_position_error"})
+# A pin out of place is told as one of another radius; waves of chatter are found by their spectrum.
+ONLY_TOLERANCES = frozenset({"pin_position_error"})
+_NOT_LISTED = ONLY_TOLERANCES | {"grinding_chatter"}
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from cycloid_profile.discrepancy.candidates import candidate_of
 from cycloid_profile.discrepancy.detection import Detection, Finding
 from cycloid_profile.discrepancy.diagnosis import Diagnosis, FileGap, NamedEffect
 from cycloid_profile.discrepancy.laid import Laid
+from cycloid_profile.discrepancy.nearest import Near
 from cycloid_profile.discrepancy.recording import record
 from cycloid_profile.effects.registry import EFFECTS
 from cycloid_profile.plot.diagnosis import folded_order, order_label, pictures, settled
@@ -82,6 +83,9 @@ def found() -> Diagnosis:
     return _found()
 
 
+NEAR = Near("disc_oval", {"amplitude_um": 1.2}, 0.41, "it explains 41 % of the gap")
+
+
 @pytest.fixture(scope="module")
 def agrees(found: Diagnosis) -> Diagnosis:
     gaps = tuple(replace(g, before=g.after, recording=g.after.recording) for g in found.gaps)
@@ -94,7 +98,7 @@ def agrees(found: Diagnosis) -> Diagnosis:
 def unknown(found: Diagnosis) -> Diagnosis:
     gaps = tuple(replace(g, after=g.before) for g in found.gaps)
     return replace(
-        found, verdict="unknown_effect", effects=(), remainder=found.where[0], nearest=(("disc_oval", 0.41),),
+        found, verdict="unknown_effect", effects=(), remainder=found.where[0], nearest=(NEAR,),
         left=found.detection, gaps=gaps, corrected=found.built,
     )  # fmt: skip
 
