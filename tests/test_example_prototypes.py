@@ -36,6 +36,9 @@ TAKEN = 2.0 * 4.06 * UM / LONGEST_LEVER
 HELD = 39.0 / (40.0 + 1.0 / 3.0)
 
 
+pytestmark = pytest.mark.slow
+
+
 @pytest.fixture(scope="module")
 def example() -> ModuleType:
     spec = importlib.util.spec_from_file_location(NAME, ROOT / "examples" / f"{NAME}.py")

@@ -173,6 +173,7 @@ def check_rows(page: str, found: list[tuple[str, ...]]) -> None:
             assert told.split(" ")[1:] == cell.split(" ")[1:], (title, told)
 
 
+@pytest.mark.slow
 def test_signatures_are_those_of_the_rig(page: str) -> None:
     check_rows(page, list(signature_rows(conventional_case(), QUICK)))
 

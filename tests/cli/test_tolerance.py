@@ -40,6 +40,7 @@ def test_backlash_alone_as_json(tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert float(rows[0]["mean"]) == pytest.approx(backlash["mean"]["value"])
 
 
+@pytest.mark.slow
 def test_same_seed_same_samples_and_a_second_run_reuses_them(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -69,7 +70,7 @@ def test_same_seed_same_samples_and_a_second_run_reuses_them(
             "positive definite",
         ),
         (PINS, ["--samples", "5"], "tolerance.samples = 5"),
-        (PINS, ["--scheduler", "tcp://127.0.0.1:9"], "cannot be reached"),
+        pytest.param(PINS, ["--scheduler", "tcp://127.0.0.1:9"], "cannot be reached", marks=pytest.mark.slow),
     ],
 )
 def test_bad_input_is_told_in_one_sentence(

@@ -279,6 +279,7 @@ def test_loop_with_rows_twice_is_diagnosed_all_the_same() -> None:
     assert effect.parameters["stiffness_nm_per_arcmin"] == pytest.approx(134.0, rel=0.01)
 
 
+@pytest.mark.slow
 def test_transmission_error_read_backwards_is_put_in_order() -> None:
     measured = good("te")
     there, back = record(reducer(), measured), record(reducer(), rows(backwards)(measured))

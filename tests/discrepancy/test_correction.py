@@ -192,6 +192,7 @@ def test_only_errors_of_this_flank_are_ground_away() -> None:
     assert "pin_radius_error" in result.left[2]
 
 
+@pytest.mark.slow
 def test_a_wave_that_does_not_come_out_even_is_cancelled_at_its_seam_too(tmp_path: Path) -> None:
     error = of_table({"name": "grinding_chatter", "amplitude_um": 0.5, "waves_per_turn": 300.5})
     result = correction(found(drawn(), [named(error)]))

@@ -194,6 +194,7 @@ def test_the_mesh_folds_more_than_once() -> None:
     assert [folded_order(1560, n) for n in (5000, 3000, 1200, 600, 500)] == [1560, 1440, 360, 240, 60]
 
 
+@pytest.mark.slow
 def test_a_found_effect_is_named_with_size_cure_and_evidence(pages: dict[str, str]) -> None:
     page = pages["effects_found"]
     assert "The simulation lacks cumulative pitch error (disc 1), 3.162 ± 0.010 µm." in page
@@ -215,6 +216,7 @@ def test_a_group_is_one_of_these(found: Diagnosis, tmp_path: Path) -> None:
     assert "If it is thermal growth: let the disc reach the temperature of the ring" in page
 
 
+@pytest.mark.slow
 def test_agreement_and_the_unknown_read_differently(pages: dict[str, str]) -> None:
     assert "Measurement and simulation agree within the noise." in pages["agrees"]
     assert "What to do" not in pages["agrees"]
@@ -230,6 +232,7 @@ def test_agreement_by_the_accuracy_of_the_simulation_is_said(agrees: Diagnosis) 
     assert headline(below) == "Measurement and simulation agree as closely as the simulation can be trusted."
 
 
+@pytest.mark.slow
 def test_the_page_needs_nothing_else(pages: dict[str, str]) -> None:
     for page in pages.values():
         assert not re.findall(r'(?:href|src)="(?!#|data:)', page)
