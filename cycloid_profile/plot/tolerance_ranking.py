@@ -48,8 +48,10 @@ def ranking_plot(found: Contributions, shares: SobolShares, quantity: str, name:
 def tornado_plot(rows: Sequence[PartsSensitivity], quantities: Sequence[str], name: str) -> Figure:
     """Sensitivity times tolerance of every scatter, an axis a quantity: all parts together, and the worst alone."""
     with style():
-        figure = new_figure(4.6 * min(len(quantities), 3) + 2.0, (1.6 + 0.34 * len(rows)) * -(-len(quantities) // 3))
-        axes = np.atleast_1d(figure.subplots(-(-len(quantities) // 3), min(len(quantities), 3), sharey=False)).ravel()
+        across = 2 if len(quantities) == 4 else min(len(quantities), 3)
+        down = -(-len(quantities) // across)
+        figure = new_figure(4.6 * across + 2.0, (1.6 + 0.34 * len(rows)) * down)
+        axes = np.atleast_1d(figure.subplots(down, across, sharey=False)).ravel()
         for ax, quantity in zip(axes, quantities, strict=False):
             _tornado(ax, rows, quantity)
         for ax in axes[len(quantities) :]:
