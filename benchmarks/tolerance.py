@@ -25,7 +25,8 @@ from cycloid_profile.tolerance.clearance import Clearance
 from cycloid_profile.tolerance.draws import Draws
 from cycloid_profile.tolerance.quantities import BacklashAnswers, LostMotionAnswers
 from cycloid_profile.tolerance.run import run
-from cycloid_profile.tolerance.scatter import Tolerances, tolerances_of
+from cycloid_profile.tolerance.scatter import Tolerances
+from cycloid_profile.tolerance.scatter_tables import tolerances_of
 from cycloid_profile.tolerance.study import Study
 from cycloid_profile.units import ARCMIN
 

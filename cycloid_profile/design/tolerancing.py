@@ -15,7 +15,8 @@ from cycloid_profile.spec.write import format_spec
 from cycloid_profile.tolerance.draws import Draws
 from cycloid_profile.tolerance.limits import Limit, limits_of
 from cycloid_profile.tolerance.quantities import QUANTITIES
-from cycloid_profile.tolerance.scatter import Tolerances, tolerances_of, workshop_tolerances
+from cycloid_profile.tolerance.scatter import Tolerances
+from cycloid_profile.tolerance.scatter_tables import tolerances_of, workshop_tolerances
 from cycloid_profile.tolerance.sequence import SEQUENCES
 from cycloid_profile.tolerance.study import Study
 

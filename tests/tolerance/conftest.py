@@ -14,7 +14,8 @@ from cycloid_profile.geometry.drive import Cranks, Drive, InvoluteStage
 from cycloid_profile.geometry.trochoid import Trochoid
 from cycloid_profile.modification.setup import Equidistant, modify
 from cycloid_profile.tolerance.draws import Draws
-from cycloid_profile.tolerance.scatter import Tolerances, tolerances_of
+from cycloid_profile.tolerance.scatter import Tolerances
+from cycloid_profile.tolerance.scatter_tables import tolerances_of
 
 
 @pytest.fixture(scope="session")

@@ -31,7 +31,7 @@ from cycloid_profile.tolerance.clearance import (
 )
 from cycloid_profile.tolerance.draws import Draws
 from cycloid_profile.tolerance.patterns import rows, unit_changes
-from cycloid_profile.tolerance.scatter import tolerances_of, workshop_tolerances
+from cycloid_profile.tolerance.scatter_tables import tolerances_of, workshop_tolerances
 from cycloid_profile.units import ARCMIN, UM
 
 POSES = 13

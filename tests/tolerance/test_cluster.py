@@ -21,7 +21,7 @@ import pytest
 from cycloid_profile.errors import ToleranceError
 from cycloid_profile.tolerance.draws import Draws
 from cycloid_profile.tolerance.run import run
-from cycloid_profile.tolerance.scatter import tolerances_of
+from cycloid_profile.tolerance.scatter_tables import tolerances_of
 from cycloid_profile.tolerance.study import Study
 from cycloid_profile.tolerance.workers import Cluster, Threads
 

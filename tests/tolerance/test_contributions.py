@@ -11,7 +11,7 @@ from cycloid_profile.modification.setup import Equidistant, modify
 from cycloid_profile.tolerance.contributions import contributions
 from cycloid_profile.tolerance.draws import Draws
 from cycloid_profile.tolerance.limits import Limit
-from cycloid_profile.tolerance.scatter import tolerances_of
+from cycloid_profile.tolerance.scatter_tables import tolerances_of
 from cycloid_profile.tolerance.study import Study
 
 PINS = 40

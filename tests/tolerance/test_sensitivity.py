@@ -26,7 +26,7 @@ from cycloid_profile.geometry.drive import Drive
 from cycloid_profile.modification.setup import Equidistant, modify
 from cycloid_profile.tolerance.loaded_slopes import loaded_slopes
 from cycloid_profile.tolerance.responses import RESPONSES
-from cycloid_profile.tolerance.scatter import tolerances_of
+from cycloid_profile.tolerance.scatter_tables import tolerances_of
 from cycloid_profile.tolerance.sensitivity import Sensitivity, scatter_sensitivities, sensitivities
 from cycloid_profile.tolerance.slopes import Smooth, Weighted, largest, least
 from cycloid_profile.tolerance.touch_slopes import touch_slopes

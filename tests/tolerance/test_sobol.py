@@ -15,7 +15,7 @@ from cycloid_profile.effects.built import as_drawn
 from cycloid_profile.errors import SolveError
 from cycloid_profile.modification.setup import Equidistant, modify
 from cycloid_profile.tolerance.draws import Draws
-from cycloid_profile.tolerance.scatter import tolerances_of
+from cycloid_profile.tolerance.scatter_tables import tolerances_of
 from cycloid_profile.tolerance.sequence import Random, Sobol
 from cycloid_profile.tolerance.sobol import Groups, linear_shares, sobol_shares
 from cycloid_profile.tolerance.study import Study
