@@ -32,7 +32,7 @@ from cycloid_profile.tolerance.scatter import Tolerances
 from cycloid_profile.tolerance.store import Store
 from cycloid_profile.tolerance.study import Study
 from cycloid_profile.tolerance.summary import StudySummary, summarise
-from cycloid_profile.tolerance.workers import Workers
+from cycloid_profile.tolerance.workers import SideBySide, Workers
 
 Tell = Callable[[str], None]
 # Reducers that two designs are compared by: a ratio of deviations to a hundredth.
@@ -114,9 +114,11 @@ def _allocated(spec: Spec, study: Study, limits: tuple[Limit, ...], tell: Tell) 
         raise SpecError("tolerance.limits", "none", "leave nothing to reach", "give at least one limit", " ")
     quantities = tuple(limit.quantity for limit in limits)
     measures = Measures(study.built, study.changes, quantities)
+    # What all reducers share is made before the threads ask for it.
+    assert measures.answers
     loaded = any("backlash" not in quantity for quantity in quantities)
     effort = Effort(*_ALLOCATED_LOADED) if loaded else Effort()
-    return allocate(study.draws, measures, limits, spec.tolerance.yield_percent / 100.0, effort, tell)
+    return allocate(study.draws, SideBySide(measures), limits, spec.tolerance.yield_percent / 100.0, effort, tell)
 
 
 def _compared(spec: Spec, backlash: Store, loaded: Store | None, tell: Tell) -> tuple[Comparison, ...]:

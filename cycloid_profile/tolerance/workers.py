@@ -10,8 +10,11 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, Protocol
 
+import numpy as np
+
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.errors import ToleranceError
+from cycloid_profile.tolerance.quantities import Answers
 from cycloid_profile.tolerance.study import Study
 
 # Chunks under way for each worker: enough to keep it busy, few enough to hold their answers.
@@ -57,6 +60,23 @@ class Threads:
 def cores() -> int:
     """Cores this process may run on, where the system tells; those of the machine elsewhere."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@dataclass(frozen=True)
+class SideBySide:
+    """``answers`` computed by all cores, each for some of the reducers; the same answers."""
+
+    answers: Answers
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """See ``Answers.names``."""
+        return self.answers.names
+
+    def of(self, x: FloatArray) -> FloatArray:
+        """See ``Answers.of``."""
+        with ThreadPoolExecutor(cores()) as pool:
+            return np.concatenate(list(pool.map(self.answers.of, np.array_split(x, min(cores(), max(len(x), 1))))))
 
 
 @dataclass(frozen=True, slots=True)

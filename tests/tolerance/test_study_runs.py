@@ -17,7 +17,7 @@ from cycloid_profile.tolerance.run import run
 from cycloid_profile.tolerance.sequence import Sobol
 from cycloid_profile.tolerance.store import Store, open_store
 from cycloid_profile.tolerance.study import Study
-from cycloid_profile.tolerance.workers import Threads
+from cycloid_profile.tolerance.workers import SideBySide, Threads
 
 TABLES = (
     {"name": "single_pin_error", "each": "pin", "amount_um": {}, "batch_share": 0.3},
@@ -88,6 +88,15 @@ def test_files_say_what_they_hold(study, tmp_path):
 def test_threads_make_no_difference(study, whole, tmp_path, count):
     run(study, tmp_path, Threads(count))
     assert contents(tmp_path) == whole
+
+
+@pytest.mark.parametrize("reducers", [1, 2, 7])
+def test_side_by_side_gives_the_same_answers(study, reducers):
+    measures = study.measures
+    x = study.coordinates(0)[:reducers]
+    both = SideBySide(measures)
+    assert both.names == measures.names
+    assert np.array_equal(both.of(x), measures.of(x))
 
 
 @pytest.mark.parametrize("after", [0, 1, 3])
