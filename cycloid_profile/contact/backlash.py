@@ -19,7 +19,7 @@ _MAX_STEPS = 40
 # A gap of this share of the pin circle is rounding.
 _ROUNDING = 1.5e-15
 # A pin near root or tip has almost no lever: turning cannot open or close its gap.
-_LEAST_REACH = 0.05
+LEAST_REACH = 0.05
 OVERLAP_TOLERANCE = 1e-5  # mm; 10 nm of overlap no ground tooth can show, and no drive binds by it
 
 
@@ -100,7 +100,7 @@ def first_touch(profile: ToothProfile, pin_radius: ArrayLike, meshing: Meshing, 
 
 def closing_turn(profile: ToothProfile, gap: FloatArray, arm: FloatArray) -> FloatArray:
     """Turn that closes each gap by its arm, infinite for pins with too little arm to be closed [rad]."""
-    least = _LEAST_REACH * profile.trochoid.longest_lever
+    least = LEAST_REACH * profile.trochoid.longest_lever
     turn: FloatArray = np.where(arm > least, gap / np.maximum(arm, least), np.inf)
     return turn
 

@@ -18,6 +18,7 @@ import numpy as np
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.effects.built import Built
+from cycloid_profile.effects.coordinates import coordinates, repeats
 from cycloid_profile.effects.effect import Effect, Parameter, Place, parameters
 from cycloid_profile.effects.registry import EFFECTS
 from cycloid_profile.errors import CycloidError
@@ -61,7 +62,7 @@ class Candidate:
     @property
     def waves(self) -> int:
         """How many times the effect repeats while its angle turns once: an oval does so twice."""
-        return 2 if self.name.endswith("_oval") else 1
+        return repeats(self.kind)
 
     @property
     def implausible(self) -> float:
@@ -139,22 +140,19 @@ def candidates(built: Built, scanned: frozenset[int], curves: bool) -> tuple[Can
 
 def candidate_of(kind: type[Effect], choice: Mapping[str, Any]) -> Candidate:
     """The hypothesis of one effect with its parts chosen."""
-    known = parameters(kind)
-    sizes = [p for p in known if p.tolerance is not None and p.name not in choice]
-    (size,) = sizes
-    angles = [p.name for p in known if p.name.endswith("_deg")]
+    axes = coordinates(kind, frozenset(choice))
+    size = axes.size
     tolerance = float(size.tolerance or 0.0)
-    inverse = kind.name == "series_compliance"
-    width = _WIDTH_OF_TOLERANCE * (1.0 / tolerance if inverse else tolerance)
+    width = _WIDTH_OF_TOLERANCE * (1.0 / tolerance if axes.inverse else tolerance)
     if size.name.endswith("_um"):
         width = max(width, _LEAST_WIDTH_UM)
     return Candidate(
         kind=kind,
         size=size.name,
-        angle=angles[0] if angles else None,
+        angle=None if axes.angle is None else axes.angle.name,
         width=width,
-        one_sided=not angles and size.low >= 0.0,
-        inverse=inverse,
+        one_sided=axes.angle is None and size.low >= 0.0,
+        inverse=axes.inverse,
         choice=dict(choice),
     )
 

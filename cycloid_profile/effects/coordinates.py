@@ -34,7 +34,7 @@ class Coordinates:
     @property
     def waves(self) -> int:
         """How many times the effect repeats while its angle turns once: an oval does so twice."""
-        return 2 if self.kind.name.endswith("_oval") else 1
+        return repeats(self.kind)
 
     @property
     def inverse(self) -> bool:
@@ -59,6 +59,11 @@ class Coordinates:
             values[self.size.name] = math.hypot(x[0], x[1])
             values[self.angle.name] = math.degrees(math.atan2(x[1], x[0]) / self.waves)
         return self.kind(**values)
+
+
+def repeats(kind: type[Effect]) -> int:
+    """How many times an effect repeats while its angle turns once: an oval does so twice."""
+    return 2 if kind.name.endswith("_oval") else 1
 
 
 def coordinates(kind: type[Effect], fixed: frozenset[str] = frozenset()) -> Coordinates:

@@ -11,7 +11,7 @@ from cycloid_profile.arrays import FloatArray
 from cycloid_profile.plot.style import BLACK, BLUE, GREY, ORANGE, new_figure, plain, style
 from cycloid_profile.tolerance.allocated import Allocation, Line, percent
 from cycloid_profile.tolerance.limits import Limit
-from cycloid_profile.tolerance.quantities import QUANTITIES
+from cycloid_profile.tolerance.quantities import QUANTITIES, SIGNS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
 _BAR = 0.38
 _BINS = 80
-_UNITS = {"arcmin": "′", "arcsec": "″", "mpa": "MPa"}
 _SHOWN = 4.5  # half widths of the middle two thirds; the tail of reducers that bind would hide the rest
 
 
@@ -136,7 +135,7 @@ def _distribution(ax: Axes, limit: Limit, before: FloatArray, after: FloatArray)
     ax.set_xlim(edges[0], edges[-1])
     words, _, unit = limit.quantity.rpartition("_")
     told = QUANTITIES.get(limit.quantity, words.replace("_", " "))
-    ax.set_xlabel(f"{plain(told)} [{_UNITS.get(unit, unit)}]")
+    ax.set_xlabel(f"{plain(told)} [{SIGNS.get(unit, unit)}]")
     ax.set_ylabel("reducers [% a bin]")
     ax.legend()
 

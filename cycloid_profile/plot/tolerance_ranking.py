@@ -9,6 +9,7 @@ import numpy as np
 
 from cycloid_profile.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, new_figure, plain, style
 from cycloid_profile.tolerance.contributions import Contribution, Contributions
+from cycloid_profile.tolerance.quantities import SIGNS
 from cycloid_profile.tolerance.responses import RESPONSES
 from cycloid_profile.tolerance.sensitivity import PartsSensitivity
 from cycloid_profile.tolerance.sobol import Share, SobolShares
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_UNITS = {"arcmin": "′", "arcsec": "″", "mpa": "MPa"}
 _BAR = 0.38
 
 
@@ -143,4 +143,4 @@ def _label(label: str, plus_minus: float | None, unit: str, count: int = 1) -> s
 
 
 def _unit(quantity: str) -> str:
-    return _UNITS[quantity.rsplit("_", 1)[-1]]
+    return SIGNS[quantity.rsplit("_", 1)[-1]]

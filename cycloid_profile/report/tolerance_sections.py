@@ -7,17 +7,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from cycloid_profile.tolerance.plain_tables import PlainTable
+from cycloid_profile.tolerance.quantities import QUANTITIES, SIGNS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-UNITS = {
-    "backlash_arcmin": "′",
-    "least_backlash_arcmin": "′",
-    "lost_motion_arcmin": "′",
-    "transmission_error_arcsec": "″",
-    "peak_pressure_mpa": "MPa",
-}
+UNITS = {name: SIGNS[name.rsplit("_", 1)[-1]] for name in QUANTITIES}
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ import numpy as np
 
 from cycloid_profile.arrays import BoolArray, FloatArray
 from cycloid_profile.contact.as_built import AS_DRAWN
-from cycloid_profile.contact.backlash import first_touch
+from cycloid_profile.contact.backlash import LEAST_REACH, first_touch
 from cycloid_profile.contact.gap import Gaps
 from cycloid_profile.contact.meshing import Meshing, mesh, output_turn
 from cycloid_profile.contact.support import support_model
@@ -24,8 +24,6 @@ from cycloid_profile.effects.built import Built, as_drawn
 from cycloid_profile.errors import SolveError
 from cycloid_profile.tolerance.patterns import GapPlace, UnitChange, gap_change, misfit_change, rows
 
-# Pins near root or tip have no lever to stop a turn with.
-_LEAST_REACH = 0.05
 _BLOCK = 32  # reducers at once: their closing turns stay within a second-level cache
 
 
@@ -121,7 +119,7 @@ def clearance(built: Built, changes: list[UnitChange], poses: int = 47) -> Clear
         if not np.all(touch.settled):
             raise SolveError("first touch", "not found", "for the disc as drawn", "check the modification amounts", " ")
         arm = direction * touch.gaps.lever
-        stops = arm > _LEAST_REACH * trochoid.longest_lever
+        stops = arm > LEAST_REACH * trochoid.longest_lever
         place = GapPlace(touch.gaps.foot, meshing.lobe, touch.gaps.normal, meshing.crank_angle)
         follow = _Follow(built, meshing, touch.gaps)
         contacts = _Contacts(stops)

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray
+from cycloid_profile.contact.backlash import LEAST_REACH
 from cycloid_profile.contact.energy import StageEnergy, minimise
 from cycloid_profile.contact.gap import gaps
 from cycloid_profile.contact.laws import Logarithmic
@@ -27,7 +28,6 @@ from cycloid_profile.errors import SolveError
 from cycloid_profile.tolerance.patterns import GapPlace, UnitChange, gap_change, misfit_change, rows
 
 _TOLERANCE = 1e-7  # of the torque, out of balance
-_LEAST_REACH = 0.05  # of the longest lever; pins near root or tip have none to be closed by
 _BLOCK = 24  # reducers at once
 
 
@@ -200,7 +200,6 @@ def loaded_stage(built: Built, changes: list[UnitChange], crank_angle: FloatArra
     u[:, 0] = solved.rotation
     for j, own in enumerate(support.disc_unknowns):
         u[:, own] = motion[:, j]
-    u[:, 0] = solved.rotation
     place = GapPlace(found.foot, meshing.lobe, found.normal, meshing.crank_angle)
     own = UnitChange(as_drawn(case), built, 1.0)
     opened, stretched = gap_change(own, place), misfit_change(own, meshing.crank_angle)
@@ -240,6 +239,6 @@ def loaded_stage(built: Built, changes: list[UnitChange], crank_angle: FloatArra
         read_by_unit=np.array([(change.encoder * np.exp(-1j * angle)).real for change in changes]).T,
         pressure_per_root_force=case.law.peak_pressure(np.ones_like(found.gap), contact),
         rigid_motion=support.rigid_motion,
-        closing=np.where(arm > _LEAST_REACH * longest, arm, 0.0),
+        closing=np.where(arm > LEAST_REACH * longest, arm, 0.0),
         overclosure=0.5 * pressed / longest,
     )

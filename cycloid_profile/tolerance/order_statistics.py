@@ -43,7 +43,7 @@ def spread_of(chunks: Chunks) -> Spread:
         if not some.size:
             continue
         # Chan's update: a sum of squares of large numbers would lose the digits of a small spread.
-        own, off = float(np.mean(some)), 0.0
+        own = float(np.mean(some))
         off = own - mean
         square += float(np.sum((some - own) ** 2)) + off * off * count * some.size / (count + some.size)
         mean += off * some.size / (count + some.size)

@@ -77,6 +77,8 @@ class RatedAnswers:
         return np.stack([np.ptp(rotation, axis=1) / ARCSEC, np.max(pressure, axis=1)], axis=1)
 
 
+# Signs of the units that names of quantities end with.
+SIGNS = {"arcmin": "′", "arcsec": "″", "mpa": "MPa"}
 # Quantities in the order they are told, and what each is.
 QUANTITIES = {
     "backlash_arcmin": "backlash, crank locked, largest over a turn",

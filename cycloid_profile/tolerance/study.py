@@ -10,10 +10,8 @@ import hashlib
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-import numpy as np
-
 from cycloid_profile.arrays import FloatArray
-from cycloid_profile.effects.built import Built
+from cycloid_profile.effects.built import Built, as_drawn
 from cycloid_profile.tolerance.draws import Draws
 from cycloid_profile.tolerance.patterns import UnitChange, unit_changes
 from cycloid_profile.tolerance.quantities import Measures
@@ -74,8 +72,6 @@ class Study:
     @cached_property
     def fingerprint(self) -> str:
         """Changes with anything that changes a chunk, but not with how many chunks there are."""
-        from cycloid_profile.effects.built import as_drawn
-
         case = self.built.case
         told = [repr(case), repr(self.draws), repr(self.wanted), repr(self.chunk), repr(self.built.teeth)]
         drawn = as_drawn(case)
@@ -83,8 +79,3 @@ class Study:
             told.append(f"{name}{(getattr(self.built, name) - getattr(drawn, name)).tobytes().hex()}")
         told += [repr(self.built.series_compliance), repr(self.built.encoder)]
         return hashlib.sha256("\n".join(told).encode("utf-8")).hexdigest()
-
-
-def mean_of(values: FloatArray) -> FloatArray:
-    """Mean of each quantity over the reducers that have an answer."""
-    return np.asarray(np.nanmean(values, axis=0))
