@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import pickle
 from collections.abc import Iterator, Sequence
@@ -130,9 +131,12 @@ class Cluster:
             return distributed.Client(self.scheduler, timeout=_TIMEOUT)
         except (OSError, TimeoutError, ValueError) as error:
             reason = str(error).split("\n")[0] or "no answer"
-            raise self._refusal(
-                f"cannot be reached ({reason})", "start one with 'dask scheduler', or leave --scheduler out"
-            ) from None
+        # A client that came to nothing closes as it is collected, and would wait for ever were that while the next
+        # one starts. Outside the handler nothing holds it any more.
+        gc.collect()
+        raise self._refusal(
+            f"cannot be reached ({reason})", "start one with 'dask scheduler', or leave --scheduler out"
+        )
 
     def _refusal(self, what: str, remedy: str) -> ToleranceError:
         return ToleranceError("scheduler", f"'{self.scheduler}'", what, remedy, " ")

@@ -6,6 +6,7 @@ The processes are those a user would start, without nannies, so that what is kil
 from __future__ import annotations
 
 import contextlib
+import gc
 import os
 import signal
 import socket
@@ -175,6 +176,17 @@ def test_an_address_that_is_none_is_one_sentence(study, tmp_path, monkeypatch, a
     with pytest.raises(ToleranceError) as caught:
         run(study, tmp_path, Cluster(address))
     sentence(caught, address)
+
+
+def test_what_came_of_no_address_does_not_outlive_the_sentence(study, tmp_path, monkeypatch):
+    # A client left to the garbage collector can be closed while the next one starts, and both wait for ever.
+    import distributed
+
+    monkeypatch.setattr("cycloid_profile.tolerance.workers._TIMEOUT", 1.0)
+    for address in ("tcp://", f"tcp://127.0.0.1:{free_port()}"):
+        with pytest.raises(ToleranceError):
+            run(study, tmp_path, Cluster(address))
+        assert not [one for one in gc.get_objects() if type(one) is distributed.Client and one.status != "closed"]
 
 
 def test_a_scheduler_without_workers_is_one_sentence(study, scheduler, tmp_path):
