@@ -13,7 +13,7 @@ from numba import njit, prange
 
 from cycloid_profile.arrays import BoolArray, FloatArray
 from cycloid_profile.contact.hertz import LineContact
-from cycloid_profile.contact.laws import Logarithmic
+from cycloid_profile.contact.law_forms import Logarithmic
 
 
 def balanced(

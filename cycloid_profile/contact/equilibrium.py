@@ -13,7 +13,7 @@ from cycloid_profile.contact.backlash import OVERLAP_TOLERANCE, first_touch
 from cycloid_profile.contact.batch import over_blocks, poses_and_torques
 from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.contact.hertz import ContactLaw, LineContact
-from cycloid_profile.contact.laws import Logarithmic
+from cycloid_profile.contact.law_forms import Logarithmic
 from cycloid_profile.contact.meshing import mesh, mesh_cycle
 from cycloid_profile.contact.sharing import STATUSES, LoadSharing, Status, joined
 

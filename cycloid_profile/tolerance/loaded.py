@@ -19,7 +19,7 @@ from cycloid_profile.arrays import FloatArray
 from cycloid_profile.contact.backlash import LEAST_REACH
 from cycloid_profile.contact.energy import StageEnergy, minimise
 from cycloid_profile.contact.gap import gaps
-from cycloid_profile.contact.laws import Logarithmic
+from cycloid_profile.contact.law_forms import Logarithmic
 from cycloid_profile.contact.meshing import mesh
 from cycloid_profile.contact.stage import StageEquilibrium
 from cycloid_profile.contact.support import support_model

@@ -8,7 +8,8 @@ import pytest
 from cycloid_profile.contact import equilibrium
 from cycloid_profile.contact.backlash import first_touch
 from cycloid_profile.contact.case import LoadCase
-from cycloid_profile.contact.laws import LAWS, Logarithmic
+from cycloid_profile.contact.law_forms import Logarithmic
+from cycloid_profile.contact.laws import LAWS
 from cycloid_profile.contact.meshing import mesh, output_turn
 from cycloid_profile.modification.setup import DeformationCompensation, Equidistant, RadialMoving, modify
 
