@@ -8,7 +8,7 @@ from importlib import resources
 
 import msgspec
 
-from cycloid_profile.spec.model import Table
+from cycloid_profile.spec.table import Table
 
 
 class PublishedSensitivity(Table, frozen=True):

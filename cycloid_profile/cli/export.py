@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from cycloid_profile.cli.options import Json, OutFolder
 from cycloid_profile.cli.terminal import output_folder, print_json, print_table, progress, warn
 from cycloid_profile.design.summary import shown
-from cycloid_profile.spec.model import Format
+from cycloid_profile.spec.export import Format
 
 
 def export(

@@ -24,7 +24,9 @@ from cycloid_profile.geometry.outline import DiscOutline, least_web
 from cycloid_profile.geometry.profile import ToothProfile
 from cycloid_profile.geometry.trochoid import Trochoid
 from cycloid_profile.modification.setup import Equidistant, FlankRotation, RadialMoving, modify
-from cycloid_profile.spec.model import DiscSpec, MaterialSpec, Spec
+from cycloid_profile.spec.disc import DiscSpec
+from cycloid_profile.spec.materials import MaterialSpec
+from cycloid_profile.spec.model import Spec
 from cycloid_profile.units import ARCMIN, DEGREE, GPA, NEWTON_METRE, UM
 
 _KEYS = {

@@ -23,7 +23,7 @@ from cycloid_profile.geometry.sampling import (
     chord_error,
     sample,
 )
-from cycloid_profile.spec.model import ExportSpec
+from cycloid_profile.spec.export import ExportSpec
 from cycloid_profile.units import UM
 
 PROFILE_COLUMNS = ("psi_rad", "x_mm", "y_mm", "nx", "ny", "curvature_per_mm")

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from cycloid_profile.spec.model import ExportSpec
+from cycloid_profile.spec.export import ExportSpec
 
 _PLACES = ("x", "y", "i", "j", "cx", "cy", "diameter", "c")
 _SIGNED = ("x", "y", "cx", "cy", "c")

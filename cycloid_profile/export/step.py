@@ -16,7 +16,7 @@ from cycloid_profile.export.step_file import Part, Substance, write_part
 from cycloid_profile.export.step_read import points_on, read_shape, sound_solids, top_edges
 from cycloid_profile.export.text import plain_name
 from cycloid_profile.export.written import WrittenFile
-from cycloid_profile.spec.model import MaterialSpec
+from cycloid_profile.spec.materials import MaterialSpec
 from cycloid_profile.units import GPA, UM
 
 DISC_COLOUR = (0.70, 0.75, 0.80)

@@ -9,7 +9,8 @@ from typing import Any
 
 import msgspec
 
-from cycloid_profile.spec.model import Spec, Table
+from cycloid_profile.spec.model import Spec
+from cycloid_profile.spec.table import Table
 from cycloid_profile.units import ARCMIN
 
 _SEE = "see docs/spec.md"

@@ -14,7 +14,8 @@ import msgspec
 from cycloid_profile.errors import SpecError
 from cycloid_profile.spec.effect_names import EFFECT_NAMES
 from cycloid_profile.spec.keys import nearest, remedy_for, tables_in, wrong_unit
-from cycloid_profile.spec.model import Spec, Table
+from cycloid_profile.spec.model import Spec
+from cycloid_profile.spec.table import Table
 
 _FAULT = re.compile(r"^(?P<rule>.*?)(?: - at `\$\.?(?P<path>.*)`)?$", re.DOTALL)
 _LONGEST_SHOWN = 60

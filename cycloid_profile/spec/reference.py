@@ -9,7 +9,8 @@ from typing import Any
 import msgspec
 
 from cycloid_profile.spec.keys import choices_in, meta_in, tables_in
-from cycloid_profile.spec.model import Spec, Table
+from cycloid_profile.spec.model import Spec
+from cycloid_profile.spec.table import Table
 
 _BOUNDS = (("gt", ">"), ("ge", "≥"), ("lt", "<"), ("le", "≤"))
 

@@ -7,6 +7,9 @@ from typing import Any
 import msgspec
 from msgspec import Meta
 
+LENGTH = "give a length above zero in mm"
+SIZE: dict[str, Any] = {"ge": 1e-3, "le": 1e4}  # limits of a length [mm]
+
 
 class Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """A table of the spec file."""

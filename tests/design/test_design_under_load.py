@@ -13,7 +13,7 @@ from cycloid_profile.design.from_spec import STEEL_FATIGUE_LIMIT, allowable_pres
 from cycloid_profile.design.record import design_disc
 from cycloid_profile.design.summary import summary
 from cycloid_profile.errors import SpecError
-from cycloid_profile.spec.model import LoadSpec
+from cycloid_profile.spec.load import LoadSpec
 from cycloid_profile.spec.read import parse_spec
 
 DRIVE = """

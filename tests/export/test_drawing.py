@@ -22,7 +22,9 @@ from cycloid_profile.export.drawing_sheet import A3, Sheet
 from cycloid_profile.geometry.drive import Drive
 from cycloid_profile.spec.disc import DiscSpec, HolesSpec, KeywaySpec, WindowsSpec
 from cycloid_profile.spec.drawing import DrawingSpec
-from cycloid_profile.spec.model import DriveSpec, ModificationSpec, Spec
+from cycloid_profile.spec.drive import DriveSpec
+from cycloid_profile.spec.model import Spec
+from cycloid_profile.spec.modification import ModificationSpec
 
 FIELDS = DrawingSpec(
     number="CD-40E-01", heat_treatment="through hardened 60 to 64 HRC", tooth_roughness_ra_um=0.4, roughness_ra_um=1.6,

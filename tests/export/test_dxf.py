@@ -36,7 +36,9 @@ from cycloid_profile.export.dxf_polyline import write_polyline
 from cycloid_profile.geometry.profile import ToothProfile, undercut_limit
 from cycloid_profile.geometry.trochoid import Trochoid
 from cycloid_profile.modification.deviation import MeasuredDeviation, NormalDeviation
-from cycloid_profile.spec.model import DriveSpec, ModificationSpec, Spec
+from cycloid_profile.spec.drive import DriveSpec
+from cycloid_profile.spec.model import Spec
+from cycloid_profile.spec.modification import ModificationSpec
 
 PROMISE = 5e-5  # mm, of the RV-40E
 CHORDS = 3e-9  # mm, of the polyline that stands for the exact curve

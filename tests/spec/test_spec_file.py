@@ -13,8 +13,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cycloid_profile.errors import SpecError
+from cycloid_profile.spec.drive import CranksSpec, DriveSpec
 from cycloid_profile.spec.effect_names import EFFECT_NAMES
-from cycloid_profile.spec.model import FORMATS, CranksSpec, DriveSpec, ExportSpec, ModificationSpec, Spec
+from cycloid_profile.spec.export import FORMATS, ExportSpec
+from cycloid_profile.spec.model import Spec
+from cycloid_profile.spec.modification import ModificationSpec
 from cycloid_profile.spec.read import parse_spec, read_spec
 from cycloid_profile.spec.schema import SCHEMA_FILE, spec_schema
 from cycloid_profile.spec.write import format_spec
