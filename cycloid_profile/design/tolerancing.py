@@ -16,9 +16,10 @@ from cycloid_profile.tolerance.draws import Draws
 from cycloid_profile.tolerance.limits import Limit, limits_of
 from cycloid_profile.tolerance.quantities import QUANTITIES
 from cycloid_profile.tolerance.scatter import Tolerances
-from cycloid_profile.tolerance.scatter_tables import tolerances_of, workshop_tolerances
+from cycloid_profile.tolerance.scatter_tables import tolerances_of
 from cycloid_profile.tolerance.sequence import SEQUENCES
 from cycloid_profile.tolerance.study import Study
+from cycloid_profile.tolerance.workshop import workshop_tolerances
 
 BACKLASH = ("backlash_arcmin",)
 _FROM_BELOW = ("least_backlash_arcmin",)

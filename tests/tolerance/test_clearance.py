@@ -31,7 +31,8 @@ from cycloid_profile.tolerance.clearance import (
 )
 from cycloid_profile.tolerance.draws import Draws
 from cycloid_profile.tolerance.patterns import rows, unit_changes
-from cycloid_profile.tolerance.scatter_tables import tolerances_of, workshop_tolerances
+from cycloid_profile.tolerance.scatter_tables import tolerances_of
+from cycloid_profile.tolerance.workshop import workshop_tolerances
 from cycloid_profile.units import ARCMIN, UM
 
 POSES = 13

@@ -27,7 +27,7 @@ from cycloid_profile.tolerance.draws import Draws
 from cycloid_profile.tolerance.loaded import LoadedStage, loaded_stage
 from cycloid_profile.tolerance.patterns import unit_changes
 from cycloid_profile.tolerance.scatter import Tolerances
-from cycloid_profile.tolerance.scatter_tables import workshop_tolerances
+from cycloid_profile.tolerance.workshop import workshop_tolerances
 from cycloid_profile.units import ARCSEC
 
 POSES = 3

@@ -16,7 +16,8 @@ from cycloid_profile.geometry.drive import CentralEccentric, Drive
 from cycloid_profile.geometry.trochoid import Trochoid
 from cycloid_profile.modification.setup import Equidistant, modify
 from cycloid_profile.tolerance.distribution import Normal, Rayleigh, Triangular, Uniform
-from cycloid_profile.tolerance.scatter_tables import tolerances_of, workshop_tolerances
+from cycloid_profile.tolerance.scatter_tables import tolerances_of
+from cycloid_profile.tolerance.workshop import workshop_tolerances
 
 BODY = {"name": "equidistant_error", "amount_um": {"plus_minus": 2.0}}
 PIN = {"name": "single_pin_error", "each": "pin", "amount_um": {}}
