@@ -153,7 +153,7 @@ def _expected_scan(predicted: Built, disc: int, points: int) -> Measurement:
 
 
 def _told(found: Correction, diagnosis: Diagnosis, name: str, limit_um: float, asked: bool) -> dict[str, Any]:
-    from cycloid_profile.discrepancy.correction import STEEPEST
+    from cycloid_profile.discrepancy.correction_limits import STEEPEST
     from cycloid_profile.effects.registry import table
     from cycloid_profile.units import DEGREE, UM
 

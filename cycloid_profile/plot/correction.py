@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray
-from cycloid_profile.discrepancy.correction import Correction, Outlook
+from cycloid_profile.discrepancy.corrected_scans import Outlook
+from cycloid_profile.discrepancy.correction import Correction
 from cycloid_profile.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, new_figure, phase_axis, plain, style
 from cycloid_profile.units import DEGREE, UM
 

@@ -25,14 +25,10 @@ from cycloid_profile.cli.main import run
 from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.design.record import DesignRecord
 from cycloid_profile.discrepancy.candidates import candidate_of
-from cycloid_profile.discrepancy.correction import (
-    Correction,
-    correction,
-    opposite,
-    removal_along,
-    shape_of,
-)
+from cycloid_profile.discrepancy.correction import Correction, correction
+from cycloid_profile.discrepancy.departure import removal_along, shape_of
 from cycloid_profile.discrepancy.diagnosis import NamedEffect, diagnose
+from cycloid_profile.discrepancy.opposite import opposite
 from cycloid_profile.discrepancy.recording import record
 from cycloid_profile.discrepancy.remainder import LABEL, Residual, smooth_remainder
 from cycloid_profile.effects.built import Built, as_drawn
