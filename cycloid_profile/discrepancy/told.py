@@ -36,7 +36,7 @@ def told(diagnosis: Diagnosis, name: str) -> dict[str, Any]:
                 "uncertainty": rounded(one.uncertainty),
                 "group": list(one.group),
                 "separate_by": one.separate_by,
-                "ln_evidence": _number(one.evidence),
+                "ln_evidence": number(one.evidence),
             }
             for one in diagnosis.effects
         ],
@@ -45,7 +45,7 @@ def told(diagnosis: Diagnosis, name: str) -> dict[str, Any]:
         "nearest": [
             {
                 "name": one.name,
-                "share_explained": _number(one.share),
+                "share_explained": number(one.share),
                 "parameters": rounded(one.parameters),
                 "why_not": one.why,
             }
@@ -55,8 +55,8 @@ def told(diagnosis: Diagnosis, name: str) -> dict[str, Any]:
             {"name": n, "smallest_detectable": smallest(size, parameter)}
             for n, (size, parameter) in diagnosis.not_seen.items()
         ],
-        "p_value": _number(diagnosis.detection.p_value),
-        "p_value_after": _number(diagnosis.left.p_value),
+        "p_value": number(diagnosis.detection.p_value),
+        "p_value_after": number(diagnosis.left.p_value),
         "gap": [_gap(gap) for gap in diagnosis.gaps],
         "notes": list(diagnosis.notes),
     }
@@ -104,17 +104,17 @@ def smallest(size: float, parameter: str, symbols: bool = False) -> str:
 
 def rounded(values: Mapping[str, Any]) -> dict[str, Any]:
     """Numbers with as many digits as anyone can use."""
-    return {key: _number(value) if isinstance(value, float) else value for key, value in values.items()}
+    return {key: number(value) if isinstance(value, float) else value for key, value in values.items()}
 
 
 def _place(finding: Finding) -> dict[str, Any]:
     return {
         "file": finding.file,
         "coordinate": finding.coordinate,
-        "from": _number(finding.start),
-        "to": _number(finding.end),
-        f"rms_{finding.unit}": _number(abs(finding.amplitude)),
-        "p_value": _number(finding.p_value),
+        "from": number(finding.start),
+        "to": number(finding.end),
+        f"rms_{finding.unit}": number(abs(finding.amplitude)),
+        "p_value": number(finding.p_value),
     }
 
 
@@ -122,16 +122,17 @@ def _gap(gap: FileGap) -> dict[str, Any]:
     return {
         "file": gap.recording.name,
         "unit": gap.recording.unit,
-        "noise": _number(gap.noise),
-        "noise_correlation": _number(gap.recording.noise.rho),
-        "fit_before": _number(gap.fit_before),
-        "fit_after": _number(gap.fit_after),
-        "held_out_before": _number(gap.held_out_before),
-        "held_out_after": _number(gap.held_out_after),
-        "chi2_per_row": _number(gap.chi2_per_row),
-        "closure": None if gap.closure is None else _number(gap.closure),
+        "noise": number(gap.noise),
+        "noise_correlation": number(gap.recording.noise.rho),
+        "fit_before": number(gap.fit_before),
+        "fit_after": number(gap.fit_after),
+        "held_out_before": number(gap.held_out_before),
+        "held_out_after": number(gap.held_out_after),
+        "chi2_per_row": number(gap.chi2_per_row),
+        "closure": None if gap.closure is None else number(gap.closure),
     }
 
 
-def _number(value: float) -> float | None:
+def number(value: float) -> float | None:
+    """A number with as many digits as anyone can use, None where it is not finite."""
     return float(f"{value:.{_DIGITS}g}") if math.isfinite(value) else None
