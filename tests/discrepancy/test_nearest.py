@@ -6,7 +6,7 @@ from cycloid_profile.design.ground import built_reducer
 from cycloid_profile.discrepancy.diagnosis import diagnose
 from cycloid_profile.discrepancy.told import told
 from cycloid_profile.effects.process import CumulativePitchError
-from cycloid_profile.report.diagnosis import headline
+from cycloid_profile.report.verdict_in_words import headline
 from cycloid_profile.rig.simulate import Settings, simulate
 from cycloid_profile.spec.read import parse_spec
 from tests.discrepancy.blind import Reducer, spec_text

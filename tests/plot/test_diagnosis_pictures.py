@@ -20,7 +20,10 @@ from cycloid_profile.discrepancy.recording import record
 from cycloid_profile.effects.registry import EFFECTS
 from cycloid_profile.plot.diagnosis import folded_order, order_label, pictures, settled
 from cycloid_profile.plot.style import style
-from cycloid_profile.report.diagnosis import cure_of, diagnosis_report, headline, odds, p_in_words, with_uncertainty
+from cycloid_profile.report.diagnosis import diagnosis_report
+from cycloid_profile.report.effect_in_words import cure_of
+from cycloid_profile.report.number_in_words import odds, p_in_words, with_uncertainty
+from cycloid_profile.report.verdict_in_words import headline
 from cycloid_profile.rig.gap import COLUMN
 from cycloid_profile.rig.simulate import Settings, simulate
 from cycloid_profile.spec.read import parse_spec

@@ -1,0 +1,62 @@
+"""An effect as a sentence names it: without underscores, which part, how large, what it means and cures it."""
+
+from __future__ import annotations
+
+import inspect
+import re
+
+from cycloid_profile.discrepancy.diagnosis import NamedEffect
+from cycloid_profile.discrepancy.told import SHOWN, unit_of
+from cycloid_profile.effects.effect import Effect, parameters
+from cycloid_profile.report.number_in_words import with_uncertainty
+
+PARTS = ("disc", "crank", "form", "lobe", "first_lobe", "pin", "planet", "flank")
+
+
+def in_words(name: str) -> str:
+    """Name of an effect without underscores."""
+    return name.replace("_", " ")
+
+
+def effect_in_words(one: NamedEffect) -> str:
+    """An effect with its size; of a group, that it is one of these."""
+    if len(one.group) > 1:
+        return f"one of these, which the files cannot tell apart: {', '.join(in_words(n) for n in one.group)}"
+    return f"{in_words(one.candidate.name)}{which_part(one)}, {_size(one)}"
+
+
+def which_part(one: NamedEffect) -> str:
+    """Which disc, crank or lobe, in brackets; empty where there is one only."""
+    told = []
+    known = {p.name: p for p in parameters(one.candidate.kind)}
+    for key in PARTS:
+        if key in known and (key in one.candidate.choice or known[key].optional):
+            value = one.parameters.get(key)
+            told.append(f"all {key}s" if value is None else f"{in_words(key)} {value:g}")
+    return f" ({', '.join(told)})" if told else ""
+
+
+def _size(one: NamedEffect) -> str:
+    name = one.candidate.size
+    return with_uncertainty(one.parameters[name], one.uncertainty.get(name), unit_sign(name))
+
+
+def unit_sign(parameter: str) -> str:
+    """Sign of the unit that the name of a parameter ends with; empty for a plain number."""
+    if parameter.endswith("_deg"):
+        return "°"
+    unit = unit_of(parameter)
+    return SHOWN.get(unit, unit)
+
+
+def cure_of(kind: type[Effect]) -> str:
+    """What to do on the machine, from the description of the effect; empty where it says nothing."""
+    text = " ".join((inspect.getdoc(kind) or "").split())
+    found = re.search(r"Cure: (.+?)\.(?: |$)", text)
+    return found[1] if found else ""
+
+
+def meaning_of(kind: type[Effect]) -> str:
+    """The first sentence of the description."""
+    first = " ".join((inspect.getdoc(kind) or "").split("\n\n")[0].split())
+    return re.split(r"(?<=\.) (?=[A-Z])", first)[0]
