@@ -17,6 +17,7 @@ from cycloid_profile.discrepancy.library import Library
 from cycloid_profile.discrepancy.normal import Normal, normal
 
 _FINALISTS = 4
+_SIMPLER = 2  # sets of each smaller number of members
 _LINEAR_ERROR = 0.01  # of the evidence
 _FEW_VARIANTS = 12
 _SWAPPED = 2  # rivals for each member
@@ -66,7 +67,12 @@ class Climb:
             short = leaves_something(best)
             reach = max(_CLOSE, _LINEAR_ERROR * proposals[0].log_evidence) if short else _CLOSE
             close = [s.members for s in proposals[:400] if s.log_evidence > proposals[0].log_evidence - reach]
-            challenger = self._rescored(self._new(equations, self._unlike_names(close))[:_FINALISTS], best)
+            finalists = self._new(equations, self._unlike_names(close))[:_FINALISTS]
+            for size in range(1, len(places)):
+                # One effect of another place may do what two were called for, and linear evidence not see it.
+                fewer = [s.members for s in proposals if len(s.members) == size]
+                finalists += self._new(equations, fewer[: 4 * _SIMPLER])[:_SIMPLER]
+            challenger = self._rescored(finalists, best)
             if short and not challenger.log_evidence > best.log_evidence + _BETTER:
                 challenger = self._rescored(self._new(equations, self._neighbours(equations, places)), best)
             if not challenger.log_evidence > best.log_evidence + _BETTER:

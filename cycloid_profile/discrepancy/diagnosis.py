@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -37,7 +38,12 @@ from cycloid_profile.measurement.files import Measurement, scanned_disc
 _LEAST_EVIDENCE = 5.0
 _EXPLAINED = 0.9  # of the gap, for a name beside a remainder
 _REMAINDER = 0.02  # of the first gap
-_RESCORED_SWAPS = 4
+_RESCORED_SWAPS = 4  # names
+# At the one place of a loop few pins carry, and linear equations misjudge rivals that load other pins: more of them
+# are judged by the exact model, which costs little there.
+_RESCORED_OF_LOOPS = 15
+_PLACES_OF_LOOPS = 3
+_REACH_OF_LOOPS = 40.0  # half chi²
 
 
 @dataclass(frozen=True, eq=False)
@@ -300,21 +306,29 @@ def _group(found: Named, about: Normal, member: int, tell: Callable[[str], None]
         ):
             group.setdefault(candidate.name, candidate)
     others = [m for j, m in enumerate(best.members) if j != member]
-    tried: set[str] = set()
-    for i, _ in swaps(found, member):
+    loops = all(r.kind == "hysteresis" for r in found.model.recordings)
+    names, at_places, reach = _RESCORED_SWAPS, 1, DISTINGUISHED
+    if loops:
+        names, at_places, reach = _RESCORED_OF_LOOPS, _PLACES_OF_LOOPS, _REACH_OF_LOOPS
+    tried: Counter[str] = Counter()
+    for i, less in swaps(found, member, reach):
         candidate = library.candidates[i]
-        if candidate.name in group or candidate.name in tried:
+        if candidate.name in group or tried[candidate.name] >= at_places:
             continue
-        if len(tried) < _RESCORED_SWAPS:
+        if candidate.name in tried or len(tried) < names:
             # The nearest rivals are judged by the exact model, the others by the linear one.
-            tried.add(candidate.name)
+            tried[candidate.name] += 1
             tell(f"could it be {candidate.name}?")
             members = [*others, candidate]
             optimum = found.model.optimum(members, found.start(members), library.prior, steps=4)
-            # Only what was fitted to the end and is worse is told apart.
             worse = optimum is not None and _fit_of(optimum) < _fit_of(best) - DISTINGUISHED
             if optimum is not None and optimum.settled and (worse or optimum.implausible):
                 continue
+            if less >= DISTINGUISHED and (optimum is None or worse or optimum.implausible):
+                continue
+        elif less >= DISTINGUISHED:
+            continue
+        # What was not fitted to the end is not told apart.
         group[candidate.name] = candidate
     return list(group.values())
 

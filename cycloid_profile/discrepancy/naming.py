@@ -140,11 +140,11 @@ def _first_that_contributes(climb: Climb) -> Optimum:
     return next(found, nothing(climb.model))
 
 
-def swaps(named: Named, member: int) -> list[tuple[int, float]]:
+def swaps(named: Named, member: int, reach: float = DISTINGUISHED) -> list[tuple[int, float]]:
     """Candidates that could stand in place of a member of the best set, with what they fit worse (half chi²).
 
     Linear about the best set; those of the same name, implausible ones, and ones that fit worse by more than
-    ``DISTINGUISHED`` are left out.
+    ``reach`` are left out.
     """
     library = named.library.candidates
     places = named.library.places(named.best.members)
@@ -157,7 +157,7 @@ def swaps(named: Named, member: int) -> list[tuple[int, float]]:
             continue
         members = [*others, i]
         less = base - _fit(named.equations, members)
-        if less < DISTINGUISHED:
+        if less < reach:
             u, _ = estimate(named.equations, members)
             own = u[-2:]
             if float(np.hypot(*own)) * candidate.width <= candidate.implausible and not (

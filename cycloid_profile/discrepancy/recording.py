@@ -12,7 +12,7 @@ from cycloid_profile.effects.built import Built
 from cycloid_profile.errors import MeasurementError
 from cycloid_profile.measurement.files import Measurement
 from cycloid_profile.rig.gap import COLUMN, UNITS
-from cycloid_profile.rig.prediction import CurvePrediction, predict_curve
+from cycloid_profile.rig.prediction import AFLOAT, CurvePrediction, predict_curve
 from cycloid_profile.rig.registration import PlacedScan, place_scan
 from cycloid_profile.units import NEWTON_METRE, UM
 
@@ -25,6 +25,10 @@ SIMULATION_ACCURACY = {
 }
 # Torques of a loop closer to zero than this share of the rated one are left out: friction decides which flank holds.
 NEAR_ZERO = 0.05
+# Friction takes part of the torque away before it loads the stage: what stays of a row must be clear of zero, too,
+# with so much more friction than the branches of the loop are apart.
+_FRICTION_MARGIN = 1.25
+_MIDDLE = 0.3  # of the largest torque: where the branches are compared
 # Nor is it sure how friction turns round: so much of the rated torque behind a turning point is left out.
 NEAR_TURN = 0.05
 _BLOCKS_PER_LOBE = 6
@@ -133,15 +137,30 @@ def _of_scan(built: Built, measurement: Measurement, disc: int) -> Recording:
     return Recording(measurement, disc, rows, block % _HELD_OUT == 2, noise, tuple(notes), placed)
 
 
-def _settled_rows(torque: FloatArray, rated: float) -> BoolArray:
+def _settled_rows(torque: FloatArray, angle: FloatArray, rated: float) -> BoolArray:
     """Rows of a loop away from zero torque, and from where the torque turned back: friction is on its way there."""
     way = np.sign(np.diff(torque, prepend=torque[0]))
+    least = max(NEAR_ZERO * rated, AFLOAT * rated + _FRICTION_MARGIN * _friction(torque, angle, way))
     turned = np.full(torque.size, np.inf)
     for i in range(1, torque.size):
         back = way[i] * way[i - 1] < 0.0
         turned[i] = torque[i - 1] if back else turned[i - 1]
     near: BoolArray = np.abs(torque - turned) < NEAR_TURN * rated
-    return (np.abs(torque) >= NEAR_ZERO * rated) & ~near
+    return (np.abs(torque) >= least) & ~near
+
+
+def _friction(torque: FloatArray, angle: FloatArray, way: FloatArray) -> float:
+    """Half of what the branches of a loop are apart in torque about its middle; 0 without two branches."""
+    middle = np.abs(torque) < _MIDDLE * float(np.max(np.abs(torque)))
+    up, down = ((way == sign) & middle for sign in (1.0, -1.0))
+    if np.count_nonzero(up) < 2 or np.count_nonzero(down) < 2:
+        return 0.0
+    order = np.argsort(angle[up], kind="stable")
+    both = down & (angle >= angle[up][order[0]]) & (angle <= angle[up][order[-1]])
+    if not np.any(both):
+        return 0.0
+    risen = np.interp(angle[both], angle[up][order], torque[up][order])
+    return max(0.5 * float(np.median(risen - torque[both])), 0.0)
 
 
 def _of_curve(built: Built, measurement: Measurement) -> Recording:
@@ -150,7 +169,9 @@ def _of_curve(built: Built, measurement: Measurement) -> Recording:
     rows = np.arange(residual.size)
     notes = []
     if measurement.kind == "hysteresis":
-        rows = rows[_settled_rows(measurement["torque_nm"], abs(built.case.torque) / NEWTON_METRE)]
+        rows = rows[
+            _settled_rows(measurement["torque_nm"], measurement["angle_arcmin"], abs(built.case.torque) / NEWTON_METRE)
+        ]
         block = rows // _LOOP_BLOCK
     else:
         angle = measurement["output_angle_deg"]

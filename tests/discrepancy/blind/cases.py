@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -23,6 +23,9 @@ FILES = {"scan": "scan", "scan2": "scan", "loop": "loop", "te": "te", "te_light"
 NOISE = {"scan": Noise(0.3), "loop": Noise(0.004), "te": Noise(0.15), "lost_motion": Noise(0.004)}
 _TRIES = 50
 _LIGHT = 0.03  # of the rated torque
+
+# Gives drawn effects other sizes under some settings, or None to have others drawn.
+Resize = Callable[[Sequence[Hidden], Mapping[str, object], np.random.Generator], list[Hidden] | None]
 
 
 @dataclass(frozen=True)
@@ -60,6 +63,7 @@ def draw_case(
     turn_deg: float = 4.0,
     may_bind: bool = False,
     reducer: Reducer | None = None,
+    resize: Resize | None = None,
 ) -> Case:
     """A case that the seed determines.
 
@@ -67,25 +71,39 @@ def draw_case(
     files shows; ``sizes`` in multiples of the typical one, drawn evenly on a logarithmic scale. ``names`` narrows
     the choice. A scan is turned by up to ``turn_deg`` to either side (half a lobe of 39 is 4.6°: beyond it the
     number of a lobe is lost), and shifted by up to 20 µm if its datum is free. ``noise`` by kind of file, in its unit.
-    A reducer that would bind is not put on a bench, and drawn anew, unless it ``may_bind``.
+    A reducer that would bind is not put on a bench, and drawn anew, unless it ``may_bind``. ``resize`` gives what was
+    drawn other sizes.
+
+    Raises
+    ------
+    ValueError
+        If the files do not show so many effects, or ``resize`` likes none.
     """
     r = reducer or Reducer()
     draw = np.random.default_rng([seed, 1])
     kinds = {FILES[name] for name in files}
+    other = np.random.default_rng([seed, 2])
+    settings: dict[str, object] = {
+        "turn_deg": float(other.uniform(-turn_deg, turn_deg)),
+        "offset_um": [float(v) for v in other.uniform(-20.0, 20.0, 2)] if datum == "free" else [0.0, 0.0],
+        "output_angle_deg": round(float(other.uniform(0.0, 360.0)), 3),
+        "friction_form": str(other.choice(list(friction_forms))),
+    }
+    truth = None
     for _ in range(_TRIES):
-        truth = [
+        drawn = [
             one
             for pool, count in ((KINDS, effects), (OUTSIDE, outside))
             for one in _drawn(r, pool, count, kinds, files, sizes, names, draw)
         ]
+        sized = drawn if resize is None else resize(drawn, settings, draw)
+        if sized is None:
+            continue
+        truth = sized
         if may_bind or not kinds - {"scan"} or not Stage(r, tuple(truth)).binds():
             break
-    settings: dict[str, object] = {
-        "turn_deg": float(draw.uniform(-turn_deg, turn_deg)),
-        "offset_um": [float(v) for v in draw.uniform(-20.0, 20.0, 2)] if datum == "free" else [0.0, 0.0],
-        "output_angle_deg": round(float(draw.uniform(0.0, 360.0)), 3),
-        "friction_form": str(draw.choice(list(friction_forms))),
-    }
+    if truth is None:
+        raise ValueError(f"none of {_TRIES} draws has the sizes wanted")
     return Case(seed, r, measured(r, truth, files, settings, noise, datum, seed), truth, settings)
 
 

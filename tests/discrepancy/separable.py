@@ -1,0 +1,134 @@
+"""Sizes drawn so that a hidden effect is as far from the nearest other explanation as wanted.
+
+λ is the size of an effect over the standard deviation with which the files tell it, φ the angle between its pattern
+and the span of what no measurement knows, the other hidden effects and the nearest effect of another name:
+λ_sep = λ sin φ. Names parallel to 0.999 are aliases and no rivals.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from cycloid_profile.design.ground import built_reducer
+from cycloid_profile.discrepancy.candidates import Candidate, candidates, chatter
+from cycloid_profile.discrepancy.evidence import ALIAS
+from cycloid_profile.discrepancy.exact import ExactModel
+from cycloid_profile.discrepancy.normal import Normal, coordinates, normal
+from cycloid_profile.discrepancy.recording import hold_nothing_out, record
+from cycloid_profile.measurement.files import parse_measurement
+from cycloid_profile.spec.read import parse_spec
+from tests.discrepancy.blind import Hidden, Reducer, spec_text
+from tests.discrepancy.blind.cases import measured
+
+_LARGEST = 2.0  # widths, that is four workshop tolerances
+_SEEN = 1e-6
+_TOO_CLOSE = math.sqrt(1.0 - ALIAS**2)
+
+
+@dataclass(frozen=True)
+class Seen:
+    """How files show one hidden effect: standard deviations per unit of its coordinate, the sine of the angle to what
+    is nearest, and the names parallel to it."""
+
+    candidate: Candidate
+    strength: float
+    sine: float
+    aliases: frozenset[str]
+
+    def size(self, scale: float) -> float:
+        """The size at which λ_sep is ``scale``; infinite where no workshop makes it."""
+        if self.strength * self.sine < _SEEN:
+            return math.inf
+        coordinate = scale / (self.strength * self.sine)
+        if coordinate > _LARGEST * self.candidate.width:
+            return math.inf
+        return 1.0 / coordinate if self.candidate.inverse else coordinate
+
+
+@dataclass(frozen=True)
+class Scaled:
+    """For ``draw_case``: hidden effects in sizes of λ_sep from ``least`` to ``most``; None where there are none."""
+
+    files: tuple[str, ...]
+    least: float
+    most: float
+
+    def __call__(
+        self, hidden: Sequence[Hidden], settings: Mapping[str, object], draw: np.random.Generator
+    ) -> list[Hidden] | None:
+        found = []
+        for one, shown in zip(hidden, seen(hidden, self.files, settings), strict=True):
+            size = shown.size(float(np.exp(draw.uniform(*np.log([self.least, self.most])))))
+            if not math.isfinite(size):
+                return None
+            key = shown.candidate.size
+            found.append(Hidden(one.name, one.parameters | {key: math.copysign(size, one[key])}))
+        return found
+
+
+def seen(hidden: Sequence[Hidden], files: Sequence[str], settings: Mapping[str, object]) -> list[Seen]:
+    """How the files would show each of the hidden effects beside the others."""
+    model = _drawing(tuple(files), float(settings["output_angle_deg"]) if "loop" in files else 0.0)  # type: ignore[arg-type]
+    scanned = frozenset(r.disc for r in model.recordings if r.kind == "profile_scan")
+    library = list(candidates(model.built, scanned, any(r.kind != "profile_scan" for r in model.recordings)))
+    own = []
+    for one in hidden:
+        candidate = chatter(one["waves_per_turn"], one.number("disc")) if one.name == "grinding_chatter" else None
+        if candidate is not None:
+            library.append(candidate)
+        own.append(_place(library, one) if candidate is None else len(library) - 1)
+    equations = normal(model.nothing.blocks, library)
+    return [_seen(equations, one, i, [j for j in own if j != i]) for one, i in zip(hidden, own, strict=True)]
+
+
+def _place(library: Sequence[Candidate], one: Hidden) -> int:
+    """The hypothesis that is the hidden effect; of a disc that was not scanned alone, the one of that disc."""
+    fits = [i for i, c in enumerate(library) if c.name == one.name]
+    alike = [i for i in fits if all(one.number(k) == v for k, v in library[i].choice.items() if k != "disc")]
+    with_disc = [i for i in alike if library[i].choice.get("disc") == one.number("disc")]
+    return (with_disc or alike or fits)[0]
+
+
+def _seen(equations: Normal, one: Hidden, i: int, others: list[int]) -> Seen:
+    candidate = equations.candidates[i]
+    u = np.array([1.0, 0.0])
+    if candidate.angle is not None:
+        turn = candidate.waves * math.radians(one[candidate.angle])
+        u = np.array([math.cos(turn), math.sin(turn)])
+    R, own = equations.R, coordinates([i])
+    whole = float(u @ R[np.ix_(own, own)] @ u)
+    sine, aliases = 1.0, set()
+    for j, rival in enumerate(equations.candidates):
+        if whole < _SEEN or rival.name == candidate.name or j in others or R[2 * j, 2 * j] < _SEEN:
+            continue
+        if _left(R, own, u, [j]) < _TOO_CLOSE**2 * whole:
+            aliases.add(rival.name)
+            continue
+        sine = min(sine, math.sqrt(_left(R, own, u, [j, *others]) / whole))
+    return Seen(candidate, math.sqrt(whole) / candidate.width, sine, frozenset(aliases))
+
+
+def _left(R: np.ndarray, own: Any, u: np.ndarray, others: list[int]) -> float:
+    """What is left of a pattern beside the span of others."""
+    span = coordinates(others)
+    cross = u @ R[np.ix_(own, span)]
+    inverse = np.linalg.pinv(R[np.ix_(span, span)], rcond=1e-9, hermitian=True)
+    return max(float(u @ R[np.ix_(own, own)] @ u - cross @ inverse @ cross), 0.0)
+
+
+@lru_cache(maxsize=8)
+def _drawing(files: tuple[str, ...], output_angle_deg: float) -> ExactModel:
+    """Files of the reducer as drawn, all rows."""
+    built = built_reducer(parse_spec(spec_text(Reducer())))
+    settings = {
+        "turn_deg": 2.0, "offset_um": [0.0, 0.0], "output_angle_deg": output_angle_deg, "friction_form": "coulomb",
+    }  # fmt: skip
+    texts = measured(Reducer(), [], files, settings)
+    rows = [record(built, parse_measurement(text, name), int(name == "scan2")) for name, text in texts.items()]
+    return ExactModel(built, [hold_nothing_out(one) for one in rows])
