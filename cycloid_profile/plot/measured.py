@@ -10,7 +10,10 @@ import numpy as np
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.effects.built import Built
 from cycloid_profile.measurement.files import Measurement, scanned_disc
+from cycloid_profile.plot.disc_map import cell_means, deviation_rings, unrolled
+from cycloid_profile.plot.orders import order_label
 from cycloid_profile.plot.style import BLUE, GREEN, GREY, ORANGE, SKY, new_figure, plain, style
+from cycloid_profile.plot.turn_axis import turn_ticks, widened
 from cycloid_profile.rig.evaluation import evaluate_loop
 from cycloid_profile.rig.gap import Gap, gap
 from cycloid_profile.rig.transmission import spectrum
@@ -22,6 +25,8 @@ if TYPE_CHECKING:
 
 _UNIT = {"um": "µm", "arcmin": "′", "arcsec": "″"}
 _LABELLED_ORDERS = 6
+_TO_THE_LEFT = 0.85  # part of the axis beyond which a name would leave the picture to the right
+_CELLS = 60  # of a lobe
 
 
 def measurement_plot(measurement: Measurement, built: Built, name: str) -> Figure:
@@ -109,7 +114,7 @@ def _transmission(measurement: Measurement, built: Built) -> Figure:
     top.set(xlabel="output angle [°]", ylabel="transmission error [″]")
     top.set_title(f"{np.ptp(error):.3g}″ peak to peak at {float(measurement.keys['torque_nm']):.4g} N·m")
     top.set_xlim(0.0, 360.0)
-    top.set_xticks(range(0, 361, 60))
+    turn_ticks(top)
     _orders(bottom, error, built)
     return figure
 
@@ -124,30 +129,17 @@ def _orders(ax: Axes, error: FloatArray, built: Built) -> None:
         if amplitude[order] < 0.02 * float(np.max(amplitude[1:])):
             continue
         ax.annotate(
-            order_name(int(order), trochoid.lobes, trochoid.pins, error.size),
+            order_label(int(order), trochoid.lobes, trochoid.pins, error.size),
             (float(order), float(amplitude[order])),
-            xytext=(3, 3),
+            xytext=(-3, 3) if order > _TO_THE_LEFT * orders[-1] else (3, 3),
             textcoords="offset points",
+            ha="right" if order > _TO_THE_LEFT * orders[-1] else "left",
             fontsize=8,
             color=ORANGE,
         )
     ax.set(xlabel="order per turn of the output", ylabel="amplitude [″]")
     ax.set_xlim(0.0, float(orders[-1]) * 1.04)
     ax.set_ylim(0.0, 1.2 * float(np.max(amplitude[1:])))
-
-
-def order_name(order: int, lobes: int, pins: int, poses: int) -> str:
-    """An order as 39·k, 40·k or the mesh, seen through the folding of ``poses`` samples."""
-    mesh = lobes * pins
-    for k in (1, 2, 3):
-        if order in (k * mesh, abs(poses - k * mesh)):
-            folded = "" if order == k * mesh else f" as {order}"
-            return f"mesh {k * mesh}{folded}"
-    if order % lobes == 0:
-        return f"{order} = {lobes}·{order // lobes}"
-    if order % pins == 0:
-        return f"{order} = {pins}·{order // pins}"
-    return str(order)
 
 
 def _map(measurement: Measurement, built: Built) -> Figure:
@@ -158,12 +150,9 @@ def _map(measurement: Measurement, built: Built) -> Figure:
     ax.plot(angle, value, color=BLUE, linewidth=1.0)
     ax.axhline(float(np.mean(value)), color=ORANGE, linestyle="--", label=f"mean {np.mean(value):.4g}′")
     ax.set(xlabel="output angle [°]", ylabel="lost motion [′]", xlim=(0.0, 360.0))
-    ax.set_xticks(range(0, 361, 60))
+    turn_ticks(ax)
     ax.set_title(f"between ±{float(measurement.keys['torque_nm']):.4g} N·m, {np.ptp(value):.3g}′ peak to peak")
-    # A perfect reducer has the same lost motion everywhere: its ripple is not drawn as if it were large.
-    low, high = ax.get_ylim()
-    middle, half = 0.5 * (low + high), max(0.7 * (high - low), 0.05 * float(np.mean(value)))
-    ax.set_ylim(middle - half, middle + half)
+    widened(ax, 0.7, 0.05 * float(np.mean(value)))
     ax.legend(loc="upper right")
     return figure
 
@@ -183,30 +172,14 @@ def _polar(found: Gap, reference: str = "prediction") -> Figure:
     left = figure.add_subplot(1, 2, 1, projection="polar")
     left.plot(angle[order], np.zeros(order.size), color=GREY, linewidth=0.8)
     left.plot(angle[order], outside[order], color=BLUE, linewidth=0.6)
-    left.set_ylim(-3.0 * scale, 1.2 * scale)
-    left.set_yticks([-scale, 0.0, scale], [f"−{scale:.2g}", "0", f"+{scale:.2g} µm"], fontsize=8)
+    deviation_rings(left, scale, 1.2, f"{scale:.2g}")
     left.set_title(f"outwards of the {reference}", fontsize=10)
     lobes = found.built.case.drive.trochoid.lobes
-    lobe_angle = 2.0 * np.pi / lobes
-    lobe = np.mod(np.round(-angle / lobe_angle), lobes)
-    within = -angle / lobe_angle - np.round(-angle / lobe_angle)
+    turned = -angle * lobes / (2.0 * np.pi)
+    lobe = np.round(turned)
+    mean = cell_means(np.mod(lobe, lobes).astype(int), turned - lobe + 0.5, outside, lobes, _CELLS)
     right = figure.add_subplot(1, 2, 2)
-    cells, _, _ = np.histogram2d(lobe, within, bins=(np.arange(lobes + 1) - 0.5, np.linspace(-0.5, 0.5, 61)))
-    sums, _, _ = np.histogram2d(
-        lobe, within, bins=(np.arange(lobes + 1) - 0.5, np.linspace(-0.5, 0.5, 61)), weights=outside
-    )
-    with np.errstate(invalid="ignore", divide="ignore"):
-        mean = np.where(cells > 0, sums / cells, np.nan)
-    drawn = right.imshow(
-        mean,
-        origin="lower",
-        aspect="auto",
-        extent=(-0.5, 0.5, 0.5, lobes + 0.5),
-        cmap="RdBu_r",
-        vmin=-scale,
-        vmax=scale,
-    )
+    drawn = unrolled(right, mean, scale, 0.5)
     right.set(xlabel="part of a lobe (0 root, ±0.5 tip)", ylabel="lobe", title="unrolled")
-    right.grid(visible=False)
     figure.colorbar(drawn, ax=right, label="outwards [µm]")
     return figure

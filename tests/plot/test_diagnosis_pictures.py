@@ -14,11 +14,11 @@ from cycloid_profile.design.ground import built_reducer
 from cycloid_profile.discrepancy.candidates import candidate_of
 from cycloid_profile.discrepancy.detection import Detection, Finding
 from cycloid_profile.discrepancy.diagnosis import Diagnosis, FileGap, NamedEffect
-from cycloid_profile.discrepancy.laid import Laid
+from cycloid_profile.discrepancy.laid import Laid, settled
 from cycloid_profile.discrepancy.nearest import Near
 from cycloid_profile.discrepancy.recording import record
 from cycloid_profile.effects.registry import EFFECTS
-from cycloid_profile.plot.diagnosis import folded_order, order_label, pictures, settled
+from cycloid_profile.plot.diagnosis import pictures
 from cycloid_profile.plot.style import style
 from cycloid_profile.report.diagnosis import diagnosis_report
 from cycloid_profile.report.effect_in_words import cure_of
@@ -176,25 +176,6 @@ def test_what_is_left_after_is_noise(found: Diagnosis) -> None:
         left = settled(gap.after)
         assert np.sqrt(np.mean(left**2)) < 1.5 * gap.noise
         assert np.sqrt(np.mean(settled(gap.before) ** 2)) > 2.0 * np.sqrt(np.mean(left**2))
-
-
-@pytest.mark.parametrize(
-    ("order", "poses", "label"),
-    [
-        (40, 3000, "40 = 40·1"),
-        (78, 3000, "78 = 39·2"),
-        (1440, 3000, "1440 = 40·36 or mesh, folded"),
-        (240, 600, "240 = 40·6 or mesh, folded"),
-        (1560, 5000, "1560 = 39·40 or 40·39 or mesh"),
-        (7, 3000, "7"),
-    ],
-)
-def test_orders_are_named(order: int, poses: int, label: str) -> None:
-    assert order_label(order, 39, 40, poses) == label
-
-
-def test_the_mesh_folds_more_than_once() -> None:
-    assert [folded_order(1560, n) for n in (5000, 3000, 1200, 600, 500)] == [1560, 1440, 360, 240, 60]
 
 
 @pytest.mark.slow
