@@ -256,13 +256,14 @@ def _effects(
 ) -> tuple[NamedEffect, ...]:
     """Members of the best set with sizes from all rows, and what could stand in place of each."""
     tell("what could stand in their place")
-    best, built = found.best, everything.built
-    about = normal(everything.at(final).blocks, found.library.candidates)
+    best, state = found.best, everything.at(final)
+    about = normal(state.blocks, found.library.candidates)
     told = []
     for i, member in enumerate(best.members):
         group = _group(found, about, i, tell)
         rivals = [c for c in group if c.name != member.name]
-        by = separating_measurement(built, everything.recordings, member, rivals, tell)
+        # On the reducer with its effects: some of them show nothing in small about the drawing.
+        by = separating_measurement(state.built, everything.recordings, member, rivals, tell)
         without = [c for j, c in enumerate(best.members) if j != i]
         told.append(
             NamedEffect(
@@ -320,7 +321,9 @@ def _group(found: Named, about: Normal, member: int, tell: Callable[[str], None]
             tried[candidate.name] += 1
             tell(f"could it be {candidate.name}?")
             members = [*others, candidate]
-            optimum = found.model.optimum(members, found.start(members), library.prior, steps=4)
+            # One that the linear model thinks worse need not be followed to its end once it is hopeless.
+            beat = math.inf if less < DISTINGUISHED else -2.0 * _fit_of(best)
+            optimum = found.model.optimum(members, found.start(members), library.prior, steps=4, beat=beat)
             worse = optimum is not None and _fit_of(optimum) < _fit_of(best) - DISTINGUISHED
             if optimum is not None and optimum.settled and (worse or optimum.implausible):
                 continue

@@ -45,7 +45,7 @@ def leading_singles(
         if kind not in singles and scored.log_evidence > 0.0:
             singles[kind] = (list(scored.members), estimate(equations, scored.members)[0])
     starts = list(singles.values())[: _STARTS_OF_LOOPS if loops else _STARTS]
-    if gain < _LINEAR * (equations.chi2 - equations.rows):
+    if loops or gain < _LINEAR * (equations.chi2 - equations.rows):
         starts += _second_order(coarse, library, gain / max(equations.rows, 1))
     optima: list[tuple[list[int], Optimum]] = []
     # A look at all, then the leading ones to the end.
@@ -63,7 +63,7 @@ def leading_singles(
 
 def _second_order(coarse: ExactModel, library: Library, gain_per_row: float) -> list[Start]:
     """Starts for what all discs or pins share: it cancels to first order, the rest turns with twice its angle."""
-    if not any(r.kind in {"transmission_error", "lost_motion_map"} for r in coarse.recordings):
+    if all(r.kind == "profile_scan" for r in coarse.recordings):
         return []
     found = []
     before = coarse.nothing
