@@ -13,29 +13,10 @@ import pytest
 from cycloid_profile.cli.main import run
 from cycloid_profile.effects.registry import EFFECTS
 from cycloid_profile.spec.read import read_spec
+from tests.spec_texts import RV40E
 
 # Short files: what is told and written does not depend on how many rows there are.
-SPEC = """# kept as it is: comments, order, blanks
-name = "RV-40E"
-[drive]
-pins = 40
-pin_circle_radius_mm = 64.0
-pin_radius_mm = 3.0
-eccentricity_mm = 1.3
-disc_width_mm = 11.5
-discs = 2
-[drive.cranks]
-count = 3
-circle_radius_mm = 36.0
-[drive.first_stage]
-sun_teeth = 12
-planet_teeth = 36
-module_mm = 1.5
-[load]
-rated_torque_nm = 412.0
-[modification]
-equidistant_um = 6.0   # removed
-"""
+SPEC = f"# kept as it is: comments, order, blanks\n{RV40E.rstrip()}   # removed\n"
 OVAL = "[[effects]]\nname = 'disc_oval'\namplitude_um = 2.0\nphase_deg = 30.0\ndisc = 1\n"
 KEYS = {"schema", "name", "verdict", "effects", "where", "remainder", "not_seen", "gap"}
 EFFECT_KEYS = {"name", "parameters", "uncertainty", "group", "separate_by"}

@@ -12,30 +12,11 @@ import pytest
 from cycloid_profile.cli.main import run
 from cycloid_profile.measurement.files import COLUMNS, read_measurement
 from cycloid_profile.spec.read import read_spec
+from tests.spec_texts import RV40E
 
 ROOT = Path(__file__).parents[2]
 CATALOG = ROOT / "cycloid_profile" / "catalog"
-# Short: what is drawn and written does not depend on how many rows there are.
-SPEC = """name = "RV-40E"
-[drive]
-pins = 40
-pin_circle_radius_mm = 64.0
-pin_radius_mm = 3.0
-eccentricity_mm = 1.3
-disc_width_mm = 11.5
-discs = 2
-[drive.cranks]
-count = 3
-circle_radius_mm = 36.0
-[drive.first_stage]
-sun_teeth = 12
-planet_teeth = 36
-module_mm = 1.5
-[load]
-rated_torque_nm = 412.0
-[modification]
-equidistant_um = 6.0
-"""
+# Short files: what is drawn and written does not depend on how many rows there are.
 OVAL = """[[effects]]
 name = "series_compliance"
 stiffness_nm_per_arcmin = 134.0
@@ -60,7 +41,7 @@ def spec(tmp_path: Path) -> Written:
 
     def write(more: str = "", name: str = "mine.toml") -> Path:
         path = tmp_path / name
-        path.write_text(SPEC + more, encoding="utf-8")
+        path.write_text(RV40E + more, encoding="utf-8")
         return path
 
     return write

@@ -15,31 +15,21 @@ from cycloid_profile.design.summary import summary
 from cycloid_profile.errors import SpecError
 from cycloid_profile.spec.load import LoadSpec
 from cycloid_profile.spec.read import parse_spec
+from tests.spec_texts import CRANKS, DRIVE
 
-DRIVE = """
-[drive]
-pins = 40
-pin_circle_radius_mm = 64.0
-pin_radius_mm = 3.0
-eccentricity_mm = 1.3
-disc_width_mm = 11.5
-discs = 2
-[drive.cranks]
-count = 3
-circle_radius_mm = 36.0
-{cranks}
+DESIGN = f"""{DRIVE}{CRANKS}{{cranks}}
 [load]
-rated_torque_nm = {torque}
-{load}
+rated_torque_nm = {{torque}}
+{{load}}
 [modification]
-equidistant_um = {equidistant}
-{modification}
+equidistant_um = {{equidistant}}
+{{modification}}
 """
 
 
 def designed(**changes):
     words = {"cranks": "", "torque": 412.0, "load": "", "equidistant": 6.0, "modification": "", **changes}
-    return design_disc(parse_spec(DRIVE.format(**words)))
+    return design_disc(parse_spec(DESIGN.format(**words)))
 
 
 def check(record, name):
@@ -84,7 +74,7 @@ def test_allowable_pressure_is_the_fatigue_limit_for_steel_alone():
     assert allowable_pressure(designed().spec) == STEEL_FATIGUE_LIMIT
     assert allowable_pressure(designed(load="allowable_pressure_mpa = 1100.0").spec) == 1100.0
     plastic = "[materials.disc]\nyoungs_modulus_gpa = 2.5\n[load]\nallowable_pressure_mpa = 60.0"
-    text = DRIVE.format(cranks="", torque=20.0, load="", equidistant=50.0, modification="")
+    text = DESIGN.format(cranks="", torque=20.0, load="", equidistant=50.0, modification="")
     record = design_disc(parse_spec(text.replace("[load]", "[materials.disc]\nyoungs_modulus_gpa = 2.5\n[load]")))
     assert allowable_pressure(record.spec) is None
     assert not any(c.name.startswith("peak pressure") for c in record.checks)
@@ -108,7 +98,7 @@ def test_theoretical_tooth_presses_on_the_edges_of_the_flank():
 
 
 def test_law_outside_its_range_is_told():
-    text = DRIVE.format(cranks="", torque=20.0, load='contact_law = "palmgren"', equidistant=50.0, modification="")
+    text = DESIGN.format(cranks="", torque=20.0, load='contact_law = "palmgren"', equidistant=50.0, modification="")
     plastic = text.replace("[load]", "[materials.disc]\nyoungs_modulus_gpa = 2.5\n[load]", 1)
     record = design_disc(parse_spec(plastic))
     law = check(record, "contact law (palmgren)")

@@ -50,6 +50,7 @@ from cycloid_profile.rig.gap import gap
 from cycloid_profile.rig.simulate import Settings, simulate
 from cycloid_profile.spec.read import read_spec
 from cycloid_profile.units import UM
+from tests.spec_texts import RV40E
 
 ROOT = Path(__file__).parents[2]
 NOISE = 0.3  # µm
@@ -393,30 +394,12 @@ def test_an_unknown_form_is_ground_away_by_its_remainder() -> None:
     assert result.rms_expected == pytest.approx(NOISE, rel=0.1)
 
 
-SPEC = """name = "RV-40E"
-[drive]
-pins = 40
-pin_circle_radius_mm = 64.0
-pin_radius_mm = 3.0
-eccentricity_mm = 1.3
-disc_width_mm = 11.5
-discs = 2
-[drive.cranks]
-count = 3
-circle_radius_mm = 36.0
-[load]
-rated_torque_nm = 412.0
-[modification]
-equidistant_um = 6.0
-"""
-
-
 @pytest.fixture
 def files(tmp_path: Path) -> Callable[..., tuple[str, str]]:
     """Writes spec and scan; gives their names."""
 
     def write(scan: Measurement, more: str = "") -> tuple[str, str]:
-        (tmp_path / "mine.toml").write_text(SPEC + more, encoding="utf-8")
+        (tmp_path / "mine.toml").write_text(RV40E + more, encoding="utf-8")
         (tmp_path / "scan.csv").write_text(format_measurement(scan), encoding="utf-8")
         return str(tmp_path / "mine.toml"), str(tmp_path / "scan.csv")
 

@@ -21,15 +21,8 @@ from cycloid_profile.geometry.trochoid import Trochoid
 from cycloid_profile.modification.setup import Equidistant, modify
 from cycloid_profile.spec.effect_names import EFFECT_NAMES
 from cycloid_profile.spec.read import parse_spec
+from tests.spec_texts import DRIVE
 
-DRIVE = """[drive]
-pins = 40
-pin_circle_radius_mm = 64.0
-pin_radius_mm = 3.0
-eccentricity_mm = 1.3
-disc_width_mm = 11.5
-discs = 2
-"""
 UNITS = {
     "_um": "[µm]",
     "_deg": "[°]",

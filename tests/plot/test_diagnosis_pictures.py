@@ -27,19 +27,8 @@ from cycloid_profile.report.verdict_in_words import headline
 from cycloid_profile.rig.gap import COLUMN
 from cycloid_profile.rig.simulate import Settings, simulate
 from cycloid_profile.spec.read import parse_spec
+from tests.spec_texts import PLAIN
 
-PLAIN = """
-name = "plain"
-[drive]
-pins = 11
-pin_circle_radius_mm = 30.0
-pin_radius_mm = 3.0
-eccentricity_mm = 1.5
-disc_width_mm = 8.0
-discs = 1
-[modification]
-equidistant_um = 20.0
-"""
 COORDINATES = {
     "profile_scan": "lobe",
     "hysteresis": "row",

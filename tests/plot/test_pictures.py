@@ -14,19 +14,7 @@ from cycloid_profile.plot.comparison import normal_removal
 from cycloid_profile.plot.gallery import PICTURES, Picture
 from cycloid_profile.plot.style import save
 from cycloid_profile.spec.read import parse_spec
-
-PLAIN = """
-name = "plain"
-[drive]
-pins = 11
-pin_circle_radius_mm = 30.0
-pin_radius_mm = 3.0
-eccentricity_mm = 1.5
-disc_width_mm = 8.0
-discs = 1
-[modification]
-equidistant_um = 20.0
-"""
+from tests.spec_texts import PLAIN
 
 
 @pytest.fixture(scope="module")
