@@ -8,7 +8,7 @@ from cycloid_profile.discrepancy.correction import Correction
 from cycloid_profile.discrepancy.correction_limits import STEEPEST
 from cycloid_profile.discrepancy.diagnosis import Diagnosis
 from cycloid_profile.discrepancy.remainder import in_words
-from cycloid_profile.discrepancy.told import number, rounded
+from cycloid_profile.discrepancy.told import effect_told, number
 from cycloid_profile.effects.registry import table
 from cycloid_profile.units import DEGREE, UM
 
@@ -23,15 +23,7 @@ def correction_told(
         "name": name,
         "disc": found.disc + 1,
         "verdict": diagnosis.verdict,
-        "effects": [
-            {
-                "name": one.candidate.name,
-                "parameters": rounded(one.parameters),
-                "uncertainty": rounded(one.uncertainty),
-                "group": list(one.group),
-            }
-            for one in found.named
-        ],
+        "effects": [effect_told(one) for one in found.named],
         "known_effects": [
             {"name": one.name, "parameters": {k: v for k, v in table(one).items() if k != "name"}}
             for one in found.known

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from cycloid_profile.discrepancy.detection import Finding
-from cycloid_profile.discrepancy.diagnosis import Diagnosis, FileGap
+from cycloid_profile.discrepancy.diagnosis import Diagnosis, FileGap, NamedEffect
 
 _DIGITS = 6
 _UNITS = ("_um", "_arcmin", "_arcsec", "_nm_per_arcmin", "_nm", "_k", "_um_per_kn")
@@ -30,14 +30,7 @@ def told(diagnosis: Diagnosis, name: str) -> dict[str, Any]:
         "name": name,
         "verdict": diagnosis.verdict,
         "effects": [
-            {
-                "name": one.candidate.name,
-                "parameters": rounded(one.parameters),
-                "uncertainty": rounded(one.uncertainty),
-                "group": list(one.group),
-                "separate_by": one.separate_by,
-                "ln_evidence": number(one.evidence),
-            }
+            {**effect_told(one), "separate_by": one.separate_by, "ln_evidence": number(one.evidence)}
             for one in diagnosis.effects
         ],
         "where": [_place(finding) for finding in diagnosis.where],
@@ -59,6 +52,16 @@ def told(diagnosis: Diagnosis, name: str) -> dict[str, Any]:
         "p_value_after": number(diagnosis.left.p_value),
         "gap": [_gap(gap) for gap in diagnosis.gaps],
         "notes": list(diagnosis.notes),
+    }
+
+
+def effect_told(one: NamedEffect) -> dict[str, Any]:
+    """An effect with its sizes, and what could stand in its place."""
+    return {
+        "name": one.candidate.name,
+        "parameters": rounded(one.parameters),
+        "uncertainty": rounded(one.uncertainty),
+        "group": list(one.group),
     }
 
 
