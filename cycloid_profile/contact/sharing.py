@@ -28,6 +28,20 @@ STATUSES = tuple(Status)
 
 
 @dataclass(frozen=True, slots=True)
+class StagePlace:
+    """Where the parts of a stage rest: ``rotation`` of the output, shape (poses,) [rad], and ``motion`` (x, y, θ) of
+    each disc from its nominal place, shape (poses, discs, 3) [mm, mm, rad].
+    """
+
+    rotation: FloatArray
+    motion: FloatArray
+
+    def poses(self, which: slice | IntArray) -> StagePlace:
+        """The place at some of the poses."""
+        return StagePlace(self.rotation[which], self.motion[which])
+
+
+@dataclass(frozen=True, slots=True)
 class StageMotion:
     """How the discs of a whole stage lie under load, and what their bearings carry.
 
@@ -131,6 +145,12 @@ class LoadSharing:
     def max_residual(self) -> float:
         """Largest residual of all poses."""
         return float(np.max(self.residual))
+
+    @property
+    def place(self) -> StagePlace:
+        """Where the parts of a whole stage rest."""
+        assert self.stage is not None
+        return StagePlace(self.rotation, self.stage.motion)
 
     @property
     def twist(self) -> FloatArray:

@@ -21,7 +21,7 @@ from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.contact.energy import EnergyPoint, StageEnergy, minimise
 from cycloid_profile.contact.gap import Gaps, gaps
 from cycloid_profile.contact.meshing import mesh, mesh_cycle
-from cycloid_profile.contact.sharing import STATUSES, LoadSharing, StageMotion, Status, joined
+from cycloid_profile.contact.sharing import STATUSES, LoadSharing, StageMotion, StagePlace, Status, joined
 from cycloid_profile.contact.support import support_model
 
 Summary = TypeVar("Summary")
@@ -50,24 +50,44 @@ class StageEquilibrium:
         """Load on the pins of all discs over one mesh cycle."""
         return self.at(case, mesh_cycle(case.drive.trochoid, self.poses))
 
-    def at(self, case: LoadCase, crank_angle: ArrayLike, torque: ArrayLike | None = None) -> LoadSharing:
+    def at(
+        self,
+        case: LoadCase,
+        crank_angle: ArrayLike,
+        torque: ArrayLike | None = None,
+        near: StagePlace | None = None,
+    ) -> LoadSharing:
         """Load on the pins at crank angles of disc 1 [rad], under ``torque`` [N·mm] or that of the case.
 
         Crank angles and torques are broadcast to poses. A pose that fails keeps its status and never
         disturbs another; the answer of a pose does not depend on what it is solved with.
+
+        ``near``, where a slightly different reducer rests at the same poses under the same torques: the search
+        begins there, and the answer is the same within the tolerance. First touch is not looked for then: ``gap``
+        and ``touch`` are NaN, and an overlap before load is not reported.
 
         Raises
         ------
         LoadError
             If a crank angle or torque is not finite, a torque is zero, or ``as_built`` has other parts.
         """
-        return joined(list(self.blocks(case, crank_angle, torque)))
+        return joined(list(self.blocks(case, crank_angle, torque, near)))
 
-    def blocks(self, case: LoadCase, crank_angle: ArrayLike, torque: ArrayLike | None = None) -> Iterator[LoadSharing]:
+    def blocks(
+        self,
+        case: LoadCase,
+        crank_angle: ArrayLike,
+        torque: ArrayLike | None = None,
+        near: StagePlace | None = None,
+    ) -> Iterator[LoadSharing]:
         """The same, a block of poses at a time in order: for more poses than the memory holds pins of."""
         self.as_built.check(case.drive)
         phi, T = poses_and_torques(crank_angle, case.torque if torque is None else torque)
-        return over_blocks(lambda cut: _Block(self, case, phi[cut], T[cut]).solved(), phi.size)
+
+        def solved(cut: slice) -> LoadSharing:
+            return _Block(self, case, phi[cut], T[cut]).solved(None if near is None else near.poses(cut))
+
+        return over_blocks(solved, phi.size)
 
     def summaries(
         self,
@@ -90,22 +110,28 @@ class _Block:
         self.support = support_model(case.drive, self.meshing.crank_angle, solver.as_built)
         self.spring_matrix = self.support.spring_matrix
 
-    def solved(self) -> LoadSharing:
+    def solved(self, near: StagePlace | None = None) -> LoadSharing:
         """Touch, then by turns the convex problem and exact gaps, until every pose has arrived or is lost."""
-        at_touch, seen, outcome = self._rigid_touch()
-        gap_at_touch = seen.gap.copy()
+        active = np.arange(len(self.torque))
+        if near is None:
+            begin, seen, outcome = self._rigid_touch()
+            touch, gap_at_touch, to_touch = begin[:, 0], seen.gap.copy(), np.zeros(len(begin))
+        else:
+            begin, outcome = self._unknowns(near), np.full(len(active), _CONVERGED)
+            seen = self._gaps(active, begin, None)
+            touch, gap_at_touch = np.full(len(begin), np.nan), np.full_like(seen.gap, np.nan)
+            to_touch = self.direction * _finite(self._to_touch(active, seen))
         # Pressed together a little: Newton then has forces to balance from the start.
-        pressed = self.support.rigid_motion * self._overclosure()[:, np.newaxis]
-        active = np.arange(len(outcome))
+        pressed = self.support.rigid_motion * (to_touch + self._overclosure())[:, np.newaxis]
         enough = 0.1 * self.solver.tolerance
-        u = at_touch + minimise(self._energy(active, at_touch, seen), pressed, enough).step
+        u = begin + minimise(self._energy(active, begin, seen), pressed, enough).step
         imbalance = np.full(len(u), np.inf)
         history: list[tuple[float, float]] = []
         for refresh in range(_REFRESHES):
             # A turn by a radian or a shift by the pin circle's radius is no small motion: such a pose is lost,
-            # and rests where it first touched.
+            # and rests where it began.
             gone = ~(np.max(np.abs(u[active] / self.support.arm), axis=-1) < 1.0)
-            u[active[gone]] = at_touch[active[gone]]
+            u[active[gone]] = begin[active[gone]]
             found = self._gaps(active, u, seen.foot[active])
             gone |= np.any(np.isnan(found.gap), axis=(1, 2))
             outcome[active[gone]] = _LOST
@@ -124,7 +150,14 @@ class _Block:
         everything = np.arange(len(u))
         short = (outcome < _NO_CONTACT) & ~(imbalance < self._tolerance(everything))
         outcome[short] = _NOT_CONVERGED
-        return self._sharing(u, at_touch[:, 0], gap_at_touch, outcome, self._energy(everything, u, seen), history)
+        return self._sharing(u, touch, gap_at_touch, outcome, self._energy(everything, u, seen), history)
+
+    def _unknowns(self, place: StagePlace) -> FloatArray:
+        """The unknowns of a place."""
+        u = np.zeros_like(self.support.rigid_motion)
+        u[:, self.support.disc_unknowns] = place.motion
+        u[:, 0] = place.rotation
+        return u
 
     def _tolerance(self, active: IntArray) -> FloatArray:
         """What the imbalance of each pose must fall below."""
@@ -158,27 +191,34 @@ class _Block:
 
     def _rigid_touch(self) -> tuple[FloatArray, Gaps, IntArray]:
         """Turn carrier and discs as one, bearings unstretched, until the first pin of any disc touches."""
-        support, direction = self.support, self.direction[:, np.newaxis, np.newaxis]
+        support = self.support
         u = np.zeros_like(support.rigid_motion)
-        rigid = support.motion(support.rigid_motion)[:, :, np.newaxis]
         active = np.arange(len(u))
         seen = self._gaps(active, u, None)
         outcome = np.full(len(u), _NO_CONTACT)
         for _ in range(_TOUCH_STEPS):
-            n, gap, along = seen.normal[active], seen.gap[active], rigid[active]
-            arm = n.real * along[..., 0] + n.imag * along[..., 1] + seen.lever[active] * along[..., 2]
-            turn = np.min(closing_turn(self.case.profile, gap, direction[active] * arm), axis=(1, 2))
-            touching = (np.abs(turn) < _TOUCHED) & ~np.any(np.isnan(gap), axis=(1, 2))
+            turn = self._to_touch(active, seen)
+            touching = (np.abs(turn) < _TOUCHED) & ~np.any(np.isnan(seen.gap[active]), axis=(1, 2))
             outcome[active[touching]] = _CONVERGED
             active, turn = active[~touching], turn[~touching]
             if not active.size:
                 break
-            step = np.where(np.isfinite(turn), self.direction[active] * turn, 0.0)
+            step = self.direction[active] * _finite(turn)
             u[active] += support.rigid_motion[active] * step[:, np.newaxis]
             seen.put(active, self._gaps(active, u, seen.foot[active]))
         overlap = np.min(seen.gap, axis=(1, 2)) < -OVERLAP_TOLERANCE
         outcome[overlap & (outcome == _CONVERGED)] = _INTERFERENCE
         return u, seen, outcome
+
+    def _to_touch(self, active: IntArray, seen: Gaps) -> FloatArray:
+        """Turn of carrier and discs as one, in the sense of the torque, that closes the first pin of the active
+        poses, its gap linear; infinite where none can be closed, shape (active,) [rad]."""
+        along = self.support.motion(self.support.rigid_motion[active])[:, :, np.newaxis]
+        n, gap = seen.normal[active], seen.gap[active]
+        arm = n.real * along[..., 0] + n.imag * along[..., 1] + seen.lever[active] * along[..., 2]
+        sense = self.direction[active, np.newaxis, np.newaxis]
+        turn: FloatArray = np.min(closing_turn(self.case.profile, gap, sense * arm), axis=(1, 2))
+        return turn
 
     def _overclosure(self) -> FloatArray:
         """A rotation that surely closes several pins, shape (poses,) [rad]."""
@@ -248,6 +288,11 @@ class _Block:
                 energy=point.energy,
             ),
         )
+
+
+def _finite(turn: FloatArray) -> FloatArray:
+    """The turn, zero where there is none."""
+    return np.where(np.isfinite(turn), turn, 0.0)
 
 
 def _torsional_stiffness(problem: StageEnergy, point: EnergyPoint) -> FloatArray:

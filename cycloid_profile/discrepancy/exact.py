@@ -19,6 +19,7 @@ from cycloid_profile.discrepancy.probes import Probes
 from cycloid_profile.discrepancy.recording import Recording
 from cycloid_profile.effects.built import Built
 from cycloid_profile.errors import CycloidError
+from cycloid_profile.rig.prediction import CurvePrediction
 
 _STEPS = 8
 _HALVINGS = 3
@@ -101,9 +102,11 @@ class ExactModel:
         self.built, self.recordings = built, tuple(recordings)
         self.probes = Probes(built) if probes is None else probes
         self._recent: OrderedDict[bytes, tuple[tuple[Candidate, ...], tuple[Laid, ...]]] = OrderedDict()
+        self._latest: list[CurvePrediction] | None = None
         self._nothing: State | None = None
         if laid is not None:
             self._nothing = self._under(built, laid)
+            self._latest = [one.first_order.prediction for one in laid if one.recording.kind != "profile_scan"]
 
     def with_rows(self, recordings: Sequence[Recording]) -> ExactModel:
         """The same with other rows held out; what lies already is not laid anew."""
@@ -222,7 +225,10 @@ class ExactModel:
 
     def _lay(self, built: Built) -> tuple[Laid, ...]:
         curves = [r for r in self.recordings if r.kind != "profile_scan"]
-        predicted = dict(zip(map(id, curves), laid_curves(curves, built), strict=True))
+        # The last reducer was much like this one: where it rested is a good place to begin.
+        found = laid_curves(curves, built, self._latest)
+        self._latest = found
+        predicted = dict(zip(map(id, curves), found, strict=True))
         return tuple(Laid(r, built, self.probes, predicted.get(id(r))) for r in self.recordings)
 
     def _under(self, built: Built, laid: Sequence[Laid]) -> State:

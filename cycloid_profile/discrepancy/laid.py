@@ -147,12 +147,25 @@ class Laid:
         return removal_between(before, new, self.phase, self.lobe) / UM
 
 
-def laid_curves(recordings: Sequence[Recording], built: Built) -> list[CurvePrediction]:
-    """What is predicted at the rows of curves; solved together, but for what was predicted before."""
+def laid_curves(
+    recordings: Sequence[Recording], built: Built, near: Sequence[CurvePrediction] | None = None
+) -> list[CurvePrediction]:
+    """What is predicted at the rows of curves; solved together, but for what was predicted before.
+
+    ``near``, the same for a slightly different reducer.
+    """
     known = {i: r.predicted for i, r in enumerate(recordings) if r.predicted is not None and r.predicted.built is built}
     fresh = [i for i in range(len(recordings)) if i not in known]
     found = dict(
-        zip(fresh, predict_curves(built, [(recordings[i].measurement, recordings[i].rows) for i in fresh]), strict=True)
+        zip(
+            fresh,
+            predict_curves(
+                built,
+                [(recordings[i].measurement, recordings[i].rows) for i in fresh],
+                None if near is None else [near[i] for i in fresh],
+            ),
+            strict=True,
+        )
     )
     return [known[i].at(r.rows) if i in known else found[i] for i, r in enumerate(recordings)]
 

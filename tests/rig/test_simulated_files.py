@@ -19,6 +19,7 @@ from cycloid_profile.modification.setup import Equidistant, modify
 from cycloid_profile.rig.evaluation import evaluate_loop
 from cycloid_profile.rig.gap import gap
 from cycloid_profile.rig.hysteresis import hysteresis_loop
+from cycloid_profile.rig.prediction import predict_curves
 from cycloid_profile.rig.scan import profile_scan
 from cycloid_profile.rig.simulate import Settings, simulate
 from cycloid_profile.rig.told import figures_of
@@ -151,6 +152,18 @@ def test_an_angle_without_load_is_refused(drawn, kind):
     columns = dict.fromkeys(COLUMNS[kind], np.arange(4.0))
     with pytest.raises(MeasurementError, match="leaves the angle undefined"):
         gap(drawn, Measurement(kind, columns, {"torque_nm": "0"}, "te.csv"))
+
+
+def test_a_prediction_near_another_reducer_is_the_same(built_with, drawn):
+    kinds = ("hysteresis", "transmission_error", "lost_motion_map")
+    files = [simulate(drawn, kind, Settings(points=40)) for kind in kinds]
+    asked = [(file, np.arange(40)) for file in files]
+    changed = built_with({"name": "disc_runout", "amplitude_um": 3.0, "phase_deg": 20.0})
+    cold = predict_curves(changed, asked)
+    near = predict_curves(changed, asked, predict_curves(drawn, asked))
+    for a, b in zip(near, cold, strict=True):
+        assert a.terms[0].sharing.iterations <= b.terms[0].sharing.iterations
+        np.testing.assert_allclose(a.value, b.value, rtol=0.0, atol=1e-5)
 
 
 def test_the_encoder_and_shafts_are_in_the_prediction(built_with, drawn):
