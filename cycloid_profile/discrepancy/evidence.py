@@ -1,8 +1,9 @@
 """How much more likely the data are with some effects than with none (docs/theory.md, Eq. 53).
 
-    ln B = ½ bᵀ(1 + R)⁻¹b − ½ ln|1 + R| + Σ [ln π/(1 − π) − ln N]
+    ln B = ½ bᵀ(1 + R)⁻¹b − ½ ln|1 + R| + Σ [ln π/(1 − π) − ln N] + Σ ln 2Φ(û/σ)
 
-with coordinates in units of their prior widths, π the chance that an effect is there and N the places it could be at.
+with coordinates in units of their prior widths, π the chance that an effect is there and N the places it could be at;
+the last sum over members that cannot be negative, whose prior is the upper half of a normal distribution.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
+from scipy.special import log_ndtr
 
 from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
 from cycloid_profile.discrepancy.candidates import Candidate, places
@@ -77,9 +79,11 @@ def linear_evidence(equations: Normal, priors: FloatArray, members: Sequence[int
     if not members:
         return 0.0
     where = coordinates(members)
-    u, _ = estimate(equations, members)
+    u, covariance = estimate(equations, members)
     B = np.eye(where.size) + equations.R[np.ix_(where, where)]
-    return float(0.5 * u @ equations.b[where] - 0.5 * np.linalg.slogdet(B)[1] + priors[list(members)].sum())
+    value = 0.5 * u @ equations.b[where] - 0.5 * np.linalg.slogdet(B)[1] + priors[list(members)].sum()
+    one_sided = np.array([equations.candidates[i].one_sided for i in members])
+    return float(value + _of_half_priors(u, covariance, one_sided))
 
 
 def with_one_more(equations: Normal, priors: FloatArray, members: Sequence[int]) -> float:
@@ -90,10 +94,21 @@ def with_one_more(equations: Normal, priors: FloatArray, members: Sequence[int])
     return max([linear_evidence(equations, priors, members), *(s.log_evidence for s in scored)])
 
 
-def log_evidence_at(fall: float, u: FloatArray, R: FloatArray, prior: float) -> float:
-    """Evidence of an exact optimum: ``fall`` of chi², coordinates ``u``, curvature ``R``."""
-    _, log_det = np.linalg.slogdet(np.eye(u.size) + R)
-    return 0.5 * (fall - float(u @ u)) - 0.5 * float(log_det) + prior
+def log_evidence_at(
+    fall: float, u: FloatArray, covariance: FloatArray, prior: float, members: Sequence[Candidate]
+) -> float:
+    """Evidence of an exact optimum: ``fall`` of chi², coordinates ``u`` with their covariance (1 + R)⁻¹."""
+    _, log_det = np.linalg.slogdet(covariance)
+    half = _of_half_priors(u, covariance, np.array([c.one_sided for c in members], dtype=bool))
+    return 0.5 * (fall - float(u @ u)) + 0.5 * float(log_det) + prior + float(half)
+
+
+def _of_half_priors(u: FloatArray, covariance: FloatArray, one_sided: BoolArray) -> FloatArray:
+    """Σ ln 2Φ(û/σ) of members that cannot be negative, over any sets: shapes (…, 2n), (…, 2n, 2n), (…, n)."""
+    sigma = np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1))
+    gained = math.log(2.0) + log_ndtr(u / sigma)
+    found: FloatArray = np.sum(np.where(one_sided, gained[..., 0::2], 0.0), axis=-1)
+    return found
 
 
 def _unlike(equations: Normal, keep: Sequence[int]) -> IntArray:
@@ -154,6 +169,9 @@ def _scores(equations: Normal, priors: FloatArray, sets: IntArray) -> list[Score
     value = 0.5 * np.sum(b * u, axis=1) - 0.5 * log_det + priors[sets].sum(axis=1)
     parts = u.reshape(count, size, 2)
     one_sided = np.array([c.one_sided for c in equations.candidates])
+    half = np.any(one_sided[sets], axis=1)
+    if np.any(half):
+        value[half] += _of_half_priors(u[half], np.linalg.inv(B[half]), one_sided[sets[half]])
     allowed = np.all(np.hypot(parts[..., 0], parts[..., 1]) <= _IMPLAUSIBLE, axis=1)
     allowed &= ~np.any(one_sided[sets] & (parts[..., 0] <= 0.0), axis=1)
     return [Scored(tuple(int(i) for i in row), float(v)) for row, v, ok in zip(sets, value, allowed, strict=True) if ok]

@@ -202,8 +202,8 @@ class ExactModel:
             u, now = new
         rows = sum(block.z.size for block in now.blocks)
         fall = self.nothing.chi2 - now.chi2
-        value = log_evidence_at(fall, u, R, prior(members))
         covariance = np.asarray(np.linalg.inv(np.eye(u.size) + R), dtype=np.float64)
+        value = log_evidence_at(fall, u, covariance, prior(members), members)
         return Optimum(members, u, covariance, R, now.chi2, rows, value, settled)
 
     def _shorter(
