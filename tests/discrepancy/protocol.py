@@ -313,9 +313,13 @@ def main() -> None:
     parser.add_argument("--share", type=float, default=1.0)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--only", default="", help="sections whose name contains this")
+    parser.add_argument("--first", type=int, default=None, help="so many cases of each section at most")
     parser.add_argument("--out", type=Path, default=None, help="JSON lines, one a case")
     arguments = parser.parse_args()
     asked = [q for q in questions(arguments.seed, arguments.share) if arguments.only in q.section]
+    if arguments.first is not None:
+        sections = [q.section for q in asked]
+        asked = [q for i, q in enumerate(asked) if sections[:i].count(q.section) < arguments.first]
     answers = run(asked, arguments.workers, arguments.out)
     print(table(answers))
     print("\nleast squares and BIC on the same cases\n" + table(answers, baseline=True))
