@@ -15,7 +15,8 @@ import numpy as np
 
 import cycloid_profile as cp
 from cycloid_profile.design.ground import built_reducer
-from cycloid_profile.discrepancy.diagnosis import Diagnosis, diagnose
+from cycloid_profile.discrepancy.diagnosis import diagnose
+from cycloid_profile.discrepancy.outcome import Diagnosis
 from cycloid_profile.measurement.files import Measurement
 from cycloid_profile.rig.simulate import Settings, simulate
 from cycloid_profile.rig.told import figures_of

@@ -12,7 +12,8 @@ from tempfile import mkdtemp
 
 import cycloid_profile as cp
 from cycloid_profile.design.ground import built_reducer
-from cycloid_profile.discrepancy.diagnosis import Diagnosis, diagnose
+from cycloid_profile.discrepancy.diagnosis import diagnose
+from cycloid_profile.discrepancy.outcome import Diagnosis
 from cycloid_profile.discrepancy.told import effect_tables
 from cycloid_profile.effects.process import CumulativePitchError, MissingDeformationCompensation
 from cycloid_profile.measurement.files import format_measurement, read_measurement

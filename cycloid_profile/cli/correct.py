@@ -11,7 +11,7 @@ from cycloid_profile.cli.options import Json
 from cycloid_profile.cli.terminal import output_folder, print_json, print_table, progress, warn
 
 if TYPE_CHECKING:
-    from cycloid_profile.discrepancy.diagnosis import Diagnosis
+    from cycloid_profile.discrepancy.outcome import Diagnosis
     from cycloid_profile.measurement.files import Measurement
 
 _UNKNOWN = (

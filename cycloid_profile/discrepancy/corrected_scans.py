@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray
-from cycloid_profile.discrepancy.diagnosis import Diagnosis
 from cycloid_profile.discrepancy.laid import Laid
+from cycloid_profile.discrepancy.outcome import Diagnosis
 from cycloid_profile.discrepancy.recording import Recording
 from cycloid_profile.discrepancy.remainder import Residual
 from cycloid_profile.effects.built import Built

@@ -16,9 +16,9 @@ from cycloid_profile.arrays import FloatArray
 from cycloid_profile.discrepancy.corrected_scans import Outlook, outlooks, residuals
 from cycloid_profile.discrepancy.correction_limits import LARGEST, refuse_beyond
 from cycloid_profile.discrepancy.departure import Shape, removal_along, round_disc, shape_of
-from cycloid_profile.discrepancy.diagnosis import Diagnosis, NamedEffect
 from cycloid_profile.discrepancy.grindable import cautions, grindable, grindable_known
 from cycloid_profile.discrepancy.opposite import opposite, repeated
+from cycloid_profile.discrepancy.outcome import Diagnosis, NamedEffect
 from cycloid_profile.discrepancy.remainder import Remainder, smooth_remainder
 from cycloid_profile.effects.built import Built
 from cycloid_profile.effects.effect import Effect

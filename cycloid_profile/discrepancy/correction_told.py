@@ -6,7 +6,7 @@ from typing import Any
 
 from cycloid_profile.discrepancy.correction import Correction
 from cycloid_profile.discrepancy.correction_limits import STEEPEST
-from cycloid_profile.discrepancy.diagnosis import Diagnosis
+from cycloid_profile.discrepancy.outcome import Diagnosis
 from cycloid_profile.discrepancy.remainder import in_words
 from cycloid_profile.discrepancy.told import effect_told, number
 from cycloid_profile.effects.registry import table

@@ -13,16 +13,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import chdtrc, chdtri, chndtr, erfc
+from scipy.special import chdtrc
 
 from cycloid_profile.arrays import FloatArray
-from cycloid_profile.discrepancy.candidates import Candidate, places
+from cycloid_profile.discrepancy.candidates import places
+from cycloid_profile.discrepancy.chance import several, tail
+from cycloid_profile.discrepancy.chatter_waves import chatter_spectrum
 from cycloid_profile.discrepancy.laid import settled
 from cycloid_profile.discrepancy.normal import Normal, Whitened
 from cycloid_profile.units import DEGREE
 
 FALSE_ALARM = 0.005
-POWER = 0.8
 _WINDOWS = (4, 12, 40, 120)
 _PHASE_BINS = 24
 _LOW_ORDERS = 12
@@ -32,9 +33,6 @@ _SCATTER = 6.0
 # The simulation errs by its accuracy all over; by more in a wave's amplitude, by still more in a narrow place.
 _WAVE_LIMIT = math.sqrt(2.0)
 _LOCAL_LIMIT = 5.0
-LEAST_WAVES = 13
-_PEAK = 0.01  # chance that noise makes a peak of the spectrum
-_APART = 2.0  # waves between two peaks
 
 
 @dataclass(frozen=True)
@@ -74,7 +72,7 @@ class Detection:
     def striking(self) -> tuple[Finding, ...]:
         """Findings that chance does not make and the error of the simulation does not either."""
         return tuple(
-            f for f in self.findings if _several(f.p_value, self.families) < FALSE_ALARM and f.over_accuracy > 1.0
+            f for f in self.findings if several(f.p_value, self.families) < FALSE_ALARM and f.over_accuracy > 1.0
         )
 
 
@@ -106,45 +104,6 @@ def detect(
     )
 
 
-def smallest_detectable(equations: Normal, families: int) -> dict[str, tuple[float, str]]:
-    """For each effect the size that is found with 80 % probability, and the name of its parameter.
-
-    Noncentral chi-square at the very threshold that ``detect`` uses; infinite where the files do not show the effect.
-    Of an effect at many places the middle one is taken, of one with a direction the worst.
-    """
-    found: dict[str, list[float]] = {}
-    size_of: dict[str, str] = {}
-    count = places(equations.candidates)
-    for i, candidate in enumerate(equations.candidates):
-        size_of[candidate.name] = candidate.size
-        found.setdefault(candidate.name, []).append(
-            detectable(candidate, equations.R[2 * i : 2 * i + 2, 2 * i : 2 * i + 2], families * count[candidate.name])
-        )
-    return {name: (float(np.median(sizes)), size_of[name]) for name, sizes in found.items()}
-
-
-def detectable(candidate: Candidate, R: FloatArray, looks: int, power: float = POWER) -> float:
-    """Coordinate of a candidate that is found with ``power`` among so many looks, given its information ``R``."""
-    k = candidate.coordinates
-    information = float(np.linalg.eigvalsh(R[:k, :k])[0])
-    if information < 1e-9:
-        return math.inf
-    return candidate.width * math.sqrt(noncentrality(k, looks, power) / information)
-
-
-def noncentrality(k: int, looks: int, power: float = POWER) -> float:
-    """Noncentrality of a chi-square of ``k`` coordinates that is found with ``power`` among so many looks."""
-    limit = float(chdtri(k, FALSE_ALARM / looks))
-    low, high = 0.0, 4.0 * (limit + 20.0)
-    for _ in range(80):
-        middle = 0.5 * (low + high)
-        if 1.0 - float(chndtr(limit, k, middle)) < power:
-            low = middle
-        else:
-            high = middle
-    return 0.5 * (low + high)
-
-
 def _of_library(equations: Normal) -> list[Finding]:
     """The best place of every effect."""
     count = places(equations.candidates)
@@ -158,7 +117,7 @@ def _of_library(equations: Normal) -> list[Finding]:
             continue
         b = equations.b[2 * i : 2 * i + k]
         u = np.linalg.lstsq(R, b, rcond=1e-9)[0]
-        p = _several(float(chdtrc(k, max(float(u @ b), 0.0))), count[candidate.name])
+        p = several(float(chdtrc(k, max(float(u @ b), 0.0))), count[candidate.name])
         size = float(np.hypot(*np.append(u, 0.0)[:2])) * candidate.width
         padded = np.append(u, 0.0)[:2]
         over = equations.contribution([i], padded, 0)
@@ -171,59 +130,11 @@ def _of_library(equations: Normal) -> list[Finding]:
 def _of_chatter(block: Whitened, z: FloatArray) -> list[Finding]:
     grid, power = chatter_spectrum(block, z)
     top = int(np.argmax(power))
-    p = _several(float(np.exp(-0.5 * power[top])), grid.size)
+    p = several(float(np.exp(-0.5 * power[top])), grid.size)
     recording = block.laid.recording
     amplitude = math.sqrt(2.0 * float(power[top]) / block.z.size) * recording.noise.sigma
     over = amplitude / (_WAVE_LIMIT * recording.accuracy)
     return [Finding(recording.name, "um", "waves per turn", float(grid[top]), float(grid[top]), amplitude, p, over)]
-
-
-def chatter_spectrum(block: Whitened, z: FloatArray | None = None) -> tuple[FloatArray, FloatArray]:
-    """Numbers of waves round the disc, every half, and the fall of chi² by a wave of each.
-
-    Fewer waves than ``LEAST_WAVES`` are form, which lobing of the clamp makes, and no chatter.
-    """
-    highest = 0.45 * block.laid.recording.rows.size
-    grid = np.arange(2.0 * LEAST_WAVES, 2.0 * highest) / 2.0
-    return grid, wave_power(block, grid, z)
-
-
-def chatter_peaks(block: Whitened, z: FloatArray | None = None, most: int = 3) -> list[float]:
-    """Numbers of waves of the strongest chatter that chance does not make, to a fiftieth of a wave."""
-    grid, power = chatter_spectrum(block, z)
-    lobes = block.laid.built.case.drive.trochoid.lobes
-    found: list[float] = []
-    for i in np.argsort(power)[::-1][:200]:
-        if _several(float(np.exp(-0.5 * power[i])), grid.size) > _PEAK:
-            break
-        # What repeats on every lobe is the form of the tooth, not a vibration.
-        off_lobes = abs((grid[i] + 0.5 * lobes) % lobes - 0.5 * lobes)
-        if off_lobes > 1.0 and all(abs(grid[i] - other) > _APART for other in found):
-            fine = grid[i] + np.arange(-25, 26) / 50.0
-            found.append(float(fine[int(np.argmax(wave_power(block, fine, z)))]))
-        if len(found) == most:
-            break
-    return found
-
-
-def wave_power(block: Whitened, grid: FloatArray, z: FloatArray | None = None) -> FloatArray:
-    """Fall of chi² by waves of evenly spaced numbers round the disc, shape of ``grid``."""
-    n = block.z.size
-    z = block.projected(block.z) if z is None else z
-    power = np.empty(grid.size)
-    step = block.laid.waves(float(grid[1] - grid[0]))
-    wave = block.laid.waves(float(grid[0]))
-    for k in range(grid.size):
-        w = block.white(wave)
-        across = complex(np.sum(w * w))
-        length = float(np.sum(np.abs(w) ** 2))
-        # Sums of squares of cosine and sine, and of their product, from those of the complex wave.
-        cc, ss, cs = 0.5 * (length + across.real), 0.5 * (length - across.real), 0.5 * across.imag
-        along = complex(z @ w)
-        det = max(cc * ss - cs * cs, 1e-9 * n * n)
-        power[k] = (ss * along.real**2 - 2.0 * cs * along.real * along.imag + cc * along.imag**2) / det
-        wave = wave * step
-    return power
 
 
 def _of_block(block: Whitened, z: FloatArray) -> list[Finding]:
@@ -234,7 +145,7 @@ def _of_block(block: Whitened, z: FloatArray) -> list[Finding]:
     base = Finding(recording.name, recording.unit, "file", 0.0, 0.0, 0.0, 1.0)
     excess = float(z @ z) / n - 1.0
     rms = sigma * math.sqrt(max(excess, 0.0))
-    p = _tail(excess / math.sqrt((2.0 + _SCATTER) / n))
+    p = tail(excess / math.sqrt((2.0 + _SCATTER) / n))
     found = [replace(base, amplitude=rms, p_value=p)]
     for width in _WINDOWS:
         if n >= 4 * width:
@@ -280,7 +191,7 @@ def _windows(base: Finding, z: FloatArray, position: FloatArray, width: int, sig
     start = np.arange(0, z.size - width + 1, max(width // 2, 1))
     sums = (total[start + width] - total[start]) / math.sqrt(width)
     worst = int(np.argmax(np.abs(sums)))
-    p = _several(2.0 * _tail(abs(float(sums[worst]))), start.size)
+    p = several(2.0 * tail(abs(float(sums[worst]))), start.size)
     a, b = position[start[worst]], position[min(start[worst] + width, z.size - 1)]
     scale = {"lobe": 1.0 / (2.0 * np.pi), "row": 1.0}.get(base.coordinate, 1.0 / DEGREE)
     # Lobe 1 reaches from half a lobe before its root to half a lobe behind it.
@@ -294,7 +205,7 @@ def _bins(base: Finding, z: FloatArray, number: np.ndarray, starts: FloatArray, 
     sums = np.bincount(number, weights=z, minlength=starts.size)[: starts.size]
     score = np.where(count > 0, sums / np.sqrt(np.maximum(count, 1)), 0.0)
     worst = int(np.argmax(np.abs(score)))
-    p = _several(2.0 * _tail(abs(float(score[worst]))), int(np.count_nonzero(count)))
+    p = several(2.0 * tail(abs(float(score[worst]))), int(np.count_nonzero(count)))
     amplitude = float(sums[worst]) / max(int(count[worst]), 1) * sigma
     start = float(starts[worst])
     return replace(base, start=start, end=start + (step or 1.0), amplitude=amplitude, p_value=p)
@@ -315,14 +226,4 @@ def _orders(base: Finding, block: Whitened, angle: FloatArray, orders: FloatArra
         if p < p_best or i == 0:
             best, p_best, amplitude = i, p, float(np.hypot(*u))
     order = float(orders[best])
-    return replace(base, start=order, end=order, amplitude=amplitude, p_value=_several(p_best, orders.size))
-
-
-def _tail(score: float) -> float:
-    """Upper tail of the standard normal distribution."""
-    return 0.5 * float(erfc(score / math.sqrt(2.0)))
-
-
-def _several(p: float, looks: int) -> float:
-    """Chance that the least of so many looks is as small."""
-    return float(-math.expm1(looks * math.log1p(-min(p, 1.0 - 1e-16))))
+    return replace(base, start=order, end=order, amplitude=amplitude, p_value=several(p_best, orders.size))

@@ -3,136 +3,32 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
-from cycloid_profile.arrays import FloatArray
-from cycloid_profile.discrepancy.alias import always_alike, cosine
 from cycloid_profile.discrepancy.candidates import Candidate, candidates
-from cycloid_profile.discrepancy.detection import (
-    Detection,
-    Finding,
-    detect,
-    smallest_detectable,
-)
-from cycloid_profile.discrepancy.evidence import ALIAS, linear_evidence
-from cycloid_profile.discrepancy.exact import ExactModel, Optimum, State
+from cycloid_profile.discrepancy.detectable import smallest_detectable
+from cycloid_profile.discrepancy.detection import Detection, Finding, detect
+from cycloid_profile.discrepancy.exact import ExactModel, State
 from cycloid_profile.discrepancy.laid import Laid, settled
 from cycloid_profile.discrepancy.lobes import counted_alike
-from cycloid_profile.discrepancy.naming import DISTINGUISHED, Named, named, swaps
-from cycloid_profile.discrepancy.nearest import Near, nearest
+from cycloid_profile.discrepancy.naming import named
+from cycloid_profile.discrepancy.nearest import nearest
 from cycloid_profile.discrepancy.normal import Normal, Whitened, normal
-from cycloid_profile.discrepancy.plan import separating_measurement
+from cycloid_profile.discrepancy.outcome import Diagnosis, FileGap, NamedEffect
 from cycloid_profile.discrepancy.probes import Probes
 from cycloid_profile.discrepancy.recording import Recording, hold_all_out, hold_nothing_out, record
 from cycloid_profile.discrepancy.repeats import with_noise_of_repeats
+from cycloid_profile.discrepancy.rivals import named_effects
 from cycloid_profile.discrepancy.screening import screen
 from cycloid_profile.effects.built import Built
-from cycloid_profile.effects.effect import Effect
 from cycloid_profile.measurement.files import Measurement, scanned_disc
 
 _LEAST_EVIDENCE = 5.0
 _EXPLAINED = 0.9  # of the gap, for a name beside a remainder
 _REMAINDER = 0.02  # of the first gap
-_RESCORED_SWAPS = 4  # names
-# At the one place of a loop few pins carry, and linear equations misjudge rivals that load other pins: more of them
-# are judged by the exact model, which costs little there.
-_RESCORED_OF_LOOPS = 15
-_PLACES_OF_LOOPS = 3
-_REACH_OF_LOOPS = 40.0  # half chi²
-
-
-@dataclass(frozen=True, eq=False)
-class NamedEffect:
-    """An effect that was found: the ``candidate`` with its ``coordinates`` and their covariance.
-
-    ``group``, names that the data cannot tell from it, itself first; ``separate_by`` the measurement that would;
-    ``evidence`` ln of how much less likely the data are without it.
-    """
-
-    candidate: Candidate
-    coordinates: FloatArray
-    covariance: FloatArray
-    group: tuple[str, ...]
-    separate_by: str | None
-    evidence: float
-
-    @property
-    def effect(self) -> Effect:
-        """The effect."""
-        found = self.candidate.effect(self.coordinates)
-        assert found is not None
-        return found
-
-    @property
-    def parameters(self) -> dict[str, Any]:
-        """Its parameters."""
-        return self.candidate.parameters(self.coordinates)
-
-    @property
-    def uncertainty(self) -> dict[str, float]:
-        """Standard deviation of size and angle."""
-        return self.candidate.uncertainty(self.coordinates, self.covariance)
-
-
-@dataclass(frozen=True, eq=False)
-class FileGap:
-    """A recording before and after, rows to fit and rows held out: root mean squares in its unit, chi² per row after.
-
-    ``before`` and ``after`` are the recording laid on the reducer of the spec and on the one with the effects.
-    """
-
-    recording: Recording
-    before: Laid
-    after: Laid
-    fit_before: float
-    fit_after: float
-    held_out_before: float
-    held_out_after: float
-    chi2_per_row: float
-
-    @property
-    def noise(self) -> float:
-        """Standard deviation of the noise."""
-        return self.recording.noise.sigma
-
-    @property
-    def closure(self) -> float | None:
-        """Share of the gap beyond the noise that is gone on held-out rows; None where there was hardly any."""
-        noise2 = self.noise**2
-        gap = self.held_out_before**2 - noise2
-        if gap < noise2:
-            return None
-        return 1.0 - (self.held_out_after**2 - noise2) / gap
-
-
-@dataclass(frozen=True, eq=False)
-class Diagnosis:
-    """What came out: ``verdict`` is ``agrees``, ``effects_found`` or ``unknown_effect``.
-
-    ``detection`` before and ``left`` after; ``where``, the striking places before; ``remainder``, what the named
-    effects leave, or None; ``nearest``, for an unknown effect, effects of the library that come nearest and why
-    each is not the answer; ``not_seen``, smallest detectable size of every effect with the name of its
-    parameter.
-    """
-
-    built: Built
-    corrected: Built
-    verdict: str
-    effects: tuple[NamedEffect, ...]
-    detection: Detection
-    left: Detection
-    where: tuple[Finding, ...]
-    remainder: Finding | None
-    nearest: tuple[Near, ...]
-    not_seen: dict[str, tuple[float, str]]
-    gaps: tuple[FileGap, ...]
-    notes: tuple[str, ...]
-    log_evidence: float
 
 
 def diagnose(
@@ -196,7 +92,7 @@ def diagnose(
     worst = _worst_left(left, everything.nothing)
     effects: tuple[NamedEffect, ...] = ()
     if best.members and best.log_evidence >= _LEAST_EVIDENCE and (worst is None or explained > _EXPLAINED):
-        effects = _effects(found, everything, final, tell)
+        effects = named_effects(found, everything, final, tell)
     else:
         worst = _most_striking(detection)
     corrected = _with(built, effects)
@@ -249,96 +145,6 @@ def _most_striking(detection: Detection) -> Finding:
     """The largest of the places that chance does not make; a whole file only if there is none."""
     places = [f for f in detection.striking if f.file and f.coordinate != "file"]
     return max(places or detection.striking, key=lambda f: abs(f.amplitude))
-
-
-def _effects(
-    found: Named, everything: ExactModel, final: Optimum, tell: Callable[[str], None]
-) -> tuple[NamedEffect, ...]:
-    """Members of the best set with sizes from all rows, and what could stand in place of each."""
-    tell("what could stand in their place")
-    best, state = found.best, everything.at(final)
-    about = normal(state.blocks, found.library.candidates)
-    told = []
-    for i, member in enumerate(best.members):
-        group = _group(found, about, i, tell)
-        rivals = [c for c in group if c.name != member.name]
-        # On the reducer with its effects: some of them show nothing in small about the drawing.
-        by = separating_measurement(state.built, everything.recordings, member, rivals, tell)
-        without = [c for j, c in enumerate(best.members) if j != i]
-        told.append(
-            NamedEffect(
-                member,
-                final.coordinates(i),
-                final.covariance_of(i),
-                tuple(dict.fromkeys([member.name, *(c.name for c in group)])),
-                by,
-                best.log_evidence - _evidence_of(found, without),
-            )
-        )
-    return tuple(told)
-
-
-def _evidence_of(found: Named, members: Sequence[Candidate]) -> float:
-    """Evidence of a set, exact if it was rescored, else linear about the best."""
-    if not members:
-        return 0.0
-    wanted = {id(m) for m in members}
-    for optimum in found.rescored:
-        if {id(m) for m in optimum.members} == wanted:
-            return optimum.log_evidence
-    best, mine = (
-        linear_evidence(found.equations, found.library.priors, found.library.places(some))
-        for some in (found.best.members, members)
-    )
-    return found.best.log_evidence - best + mine
-
-
-def _group(found: Named, about: Normal, member: int, tell: Callable[[str], None]) -> list[Candidate]:
-    """Candidates of other names that could stand in place of a member: aliases, and sets as likely when rescored."""
-    best, library = found.best, found.library
-    mine = best.members[member]
-    group: dict[str, Candidate] = {}
-    (place,) = library.places([mine])
-    for i, candidate in enumerate(library.candidates):
-        if (
-            candidate.name != mine.name
-            and cosine(about, place, i) > ALIAS
-            and always_alike(found.model.built, mine, candidate)
-        ):
-            group.setdefault(candidate.name, candidate)
-    others = [m for j, m in enumerate(best.members) if j != member]
-    loops = all(r.kind == "hysteresis" for r in found.model.recordings)
-    names, at_places, reach = _RESCORED_SWAPS, 1, DISTINGUISHED
-    if loops:
-        names, at_places, reach = _RESCORED_OF_LOOPS, _PLACES_OF_LOOPS, _REACH_OF_LOOPS
-    tried: Counter[str] = Counter()
-    for i, less in swaps(found, member, reach):
-        candidate = library.candidates[i]
-        if candidate.name in group or tried[candidate.name] >= at_places:
-            continue
-        if candidate.name in tried or len(tried) < names:
-            # The nearest rivals are judged by the exact model, the others by the linear one.
-            tried[candidate.name] += 1
-            tell(f"could it be {candidate.name}?")
-            members = [*others, candidate]
-            # One that the linear model thinks worse need not be followed to its end once it is hopeless.
-            beat = math.inf if less < DISTINGUISHED else -2.0 * _fit_of(best)
-            optimum = found.model.optimum(members, found.start(members), library.prior, steps=4, beat=beat)
-            worse = optimum is not None and _fit_of(optimum) < _fit_of(best) - DISTINGUISHED
-            if optimum is not None and optimum.settled and (worse or optimum.implausible):
-                continue
-            if less >= DISTINGUISHED and (optimum is None or worse or optimum.implausible):
-                continue
-        elif less >= DISTINGUISHED:
-            continue
-        # What was not fitted to the end is not told apart.
-        group[candidate.name] = candidate
-    return list(group.values())
-
-
-def _fit_of(optimum: Optimum) -> float:
-    """Minus half of chi² and prior of an exact optimum."""
-    return -0.5 * (optimum.chi2 + float(optimum.u @ optimum.u))
 
 
 def _with(built: Built, effects: Sequence[NamedEffect]) -> Built:

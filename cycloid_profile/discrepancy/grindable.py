@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from cycloid_profile.discrepancy.diagnosis import NamedEffect
+from cycloid_profile.discrepancy.outcome import NamedEffect
 from cycloid_profile.effects.effect import Effect, Place
 from cycloid_profile.effects.registry import EFFECTS
 

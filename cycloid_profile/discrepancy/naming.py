@@ -9,13 +9,13 @@ import numpy as np
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.discrepancy.candidates import Candidate, chatter
+from cycloid_profile.discrepancy.chatter_waves import chatter_peaks
 from cycloid_profile.discrepancy.climbing import Climb, Start, about, contributes, leaves_something, nothing
-from cycloid_profile.discrepancy.detection import chatter_peaks
 from cycloid_profile.discrepancy.evidence import estimate, search
 from cycloid_profile.discrepancy.exact import ExactModel, Optimum, State
 from cycloid_profile.discrepancy.library import Library
 from cycloid_profile.discrepancy.lobes import recounted
-from cycloid_profile.discrepancy.normal import Normal, coordinates, normal
+from cycloid_profile.discrepancy.normal import Normal, normal
 from cycloid_profile.discrepancy.starting import leading_singles
 from cycloid_profile.discrepancy.thinning import thinned
 
@@ -29,7 +29,6 @@ _FEW_ROWS = 360
 _GAIN_KEPT = 500.0  # of chi², on the few rows that name an effect
 _WEAK = 60.0  # below this gain everything is linear
 _RECOUNTS = 2
-DISTINGUISHED = 4.5  # half chi²: three standard deviations between two explanations
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,37 +137,3 @@ def _chatter(state: State, members: Sequence[Candidate]) -> list[Candidate]:
 def _first_that_contributes(climb: Climb) -> Optimum:
     found = (o for o in climb.ranked if o.log_evidence > 0.0 and contributes(climb.model, o))
     return next(found, nothing(climb.model))
-
-
-def swaps(named: Named, member: int, reach: float = DISTINGUISHED) -> list[tuple[int, float]]:
-    """Candidates that could stand in place of a member of the best set, with what they fit worse (half chi²).
-
-    Linear about the best set; those of the same name, implausible ones, and ones that fit worse by more than
-    ``reach`` are left out.
-    """
-    library = named.library.candidates
-    places = named.library.places(named.best.members)
-    mine = places[member]
-    others = [p for p in places if p != mine]
-    base = _fit(named.equations, places)
-    found = []
-    for i, candidate in enumerate(library):
-        if i in places or candidate.name == library[mine].name:
-            continue
-        members = [*others, i]
-        less = base - _fit(named.equations, members)
-        if less < reach:
-            u, _ = estimate(named.equations, members)
-            own = u[-2:]
-            if float(np.hypot(*own)) * candidate.width <= candidate.implausible and not (
-                candidate.one_sided and own[0] <= 0.0
-            ):
-                found.append((i, less))
-    return sorted(found, key=lambda f: f[1])
-
-
-def _fit(equations: Normal, members: Sequence[int]) -> float:
-    """Half the fall of chi² by a set, its priors counted."""
-    where = coordinates(members)
-    u, _ = estimate(equations, members)
-    return float(0.5 * u @ equations.b[where]) if len(members) else 0.0

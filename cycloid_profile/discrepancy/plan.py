@@ -11,7 +11,7 @@ import numpy as np
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.discrepancy.candidates import Candidate, candidates, places
-from cycloid_profile.discrepancy.detection import detectable, noncentrality
+from cycloid_profile.discrepancy.detectable import detectable, noncentrality
 from cycloid_profile.discrepancy.evidence import ALIAS
 from cycloid_profile.discrepancy.laid import Laid
 from cycloid_profile.discrepancy.noise import Noise

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from cycloid_profile.discrepancy.detection import Finding
-from cycloid_profile.discrepancy.diagnosis import Diagnosis, FileGap, NamedEffect
+from cycloid_profile.discrepancy.outcome import Diagnosis, FileGap, NamedEffect
 
 _DIGITS = 6
 _UNITS = ("_um", "_arcmin", "_arcsec", "_nm_per_arcmin", "_nm", "_k", "_um_per_kn")

@@ -6,7 +6,7 @@ import re
 from pathlib import PurePath
 from typing import TYPE_CHECKING
 
-from cycloid_profile.discrepancy.diagnosis import Diagnosis
+from cycloid_profile.discrepancy.outcome import Diagnosis
 from cycloid_profile.plot.diagnosis_loop import loop_gap
 from cycloid_profile.plot.diagnosis_scan import scan_gap
 from cycloid_profile.plot.diagnosis_summary import summary

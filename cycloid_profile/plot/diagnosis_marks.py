@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from cycloid_profile.discrepancy.detection import Finding
-from cycloid_profile.discrepancy.diagnosis import Diagnosis, FileGap
 from cycloid_profile.discrepancy.laid import Laid
+from cycloid_profile.discrepancy.outcome import Diagnosis, FileGap
 from cycloid_profile.discrepancy.told import SHOWN
 from cycloid_profile.plot.style import BLACK, GREEN
 

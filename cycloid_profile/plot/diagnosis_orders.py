@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray
-from cycloid_profile.discrepancy.diagnosis import Diagnosis, FileGap
+from cycloid_profile.discrepancy.outcome import Diagnosis, FileGap
 from cycloid_profile.plot.diagnosis_marks import unit
 from cycloid_profile.plot.orders import folded_order, order_label
 from cycloid_profile.plot.style import BLACK, BLUE, GREEN, ORANGE

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cycloid_profile.arrays import BoolArray, FloatArray
-from cycloid_profile.discrepancy.diagnosis import FileGap
+from cycloid_profile.discrepancy.outcome import FileGap
 from cycloid_profile.plot.diagnosis_marks import HELD, OUTLINE, unit
 from cycloid_profile.plot.style import BLUE, ORANGE, SKY
 

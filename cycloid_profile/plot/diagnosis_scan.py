@@ -9,8 +9,8 @@ import numpy as np
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.discrepancy.detection import Finding
-from cycloid_profile.discrepancy.diagnosis import Diagnosis, FileGap
 from cycloid_profile.discrepancy.laid import Laid, settled
+from cycloid_profile.discrepancy.outcome import Diagnosis, FileGap
 from cycloid_profile.plot.diagnosis_marks import HELD, OUTLINE, legend, row_marks, sides, striking
 from cycloid_profile.plot.disc_map import cell_means, deviation_rings, unrolled
 from cycloid_profile.plot.style import BLUE, GREEN, GREY, SKY, new_figure

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from cycloid_profile.discrepancy.diagnosis import Diagnosis, FileGap
+from cycloid_profile.discrepancy.outcome import Diagnosis, FileGap
 from cycloid_profile.plot.diagnosis_marks import with_unit
 from cycloid_profile.plot.style import BLACK, BLUE, ORANGE, new_figure, plain, style
 

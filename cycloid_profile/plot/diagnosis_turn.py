@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray
-from cycloid_profile.discrepancy.diagnosis import Diagnosis, FileGap
 from cycloid_profile.discrepancy.laid import settled
+from cycloid_profile.discrepancy.outcome import Diagnosis, FileGap
 from cycloid_profile.plot.diagnosis_marks import legend, row_marks, sides, striking, unit
 from cycloid_profile.plot.diagnosis_orders import draw_orders, order_marks
 from cycloid_profile.plot.diagnosis_residual import curve_marks, draw_residual, outline_span

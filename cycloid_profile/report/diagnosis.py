@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-from cycloid_profile.discrepancy.diagnosis import Diagnosis, FileGap, NamedEffect
+from cycloid_profile.discrepancy.outcome import Diagnosis, FileGap, NamedEffect
 from cycloid_profile.discrepancy.told import SHOWN
 from cycloid_profile.effects.effect import parameters
 from cycloid_profile.effects.registry import EFFECTS

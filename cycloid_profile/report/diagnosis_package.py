@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-from cycloid_profile.discrepancy.diagnosis import Diagnosis
+from cycloid_profile.discrepancy.outcome import Diagnosis
 from cycloid_profile.discrepancy.told import effect_tables, told
 from cycloid_profile.errors import CycloidError
 from cycloid_profile.export.folder import whole_or_nothing

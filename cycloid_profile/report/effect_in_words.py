@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import re
 
-from cycloid_profile.discrepancy.diagnosis import NamedEffect
+from cycloid_profile.discrepancy.outcome import NamedEffect
 from cycloid_profile.discrepancy.told import SHOWN, unit_of
 from cycloid_profile.effects.effect import Effect, parameters
 from cycloid_profile.report.number_in_words import with_uncertainty

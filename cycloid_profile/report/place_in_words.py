@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from cycloid_profile.discrepancy.detection import Finding
-from cycloid_profile.discrepancy.diagnosis import Diagnosis
+from cycloid_profile.discrepancy.outcome import Diagnosis
 from cycloid_profile.discrepancy.told import SHOWN
 from cycloid_profile.report.effect_in_words import in_words
 from cycloid_profile.report.number_in_words import joined, minus

@@ -18,7 +18,7 @@ import pytest
 from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.discrepancy.candidates import candidate_of
 from cycloid_profile.discrepancy.correction import Correction
-from cycloid_profile.discrepancy.diagnosis import NamedEffect
+from cycloid_profile.discrepancy.outcome import NamedEffect
 from cycloid_profile.discrepancy.recording import record
 from cycloid_profile.effects.built import Built, as_drawn
 from cycloid_profile.effects.effect import Effect

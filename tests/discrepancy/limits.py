@@ -14,7 +14,8 @@ import numpy as np
 
 from cycloid_profile.design.ground import built_reducer
 from cycloid_profile.discrepancy.candidates import Candidate, candidates
-from cycloid_profile.discrepancy.detection import FALSE_ALARM, detect, detectable
+from cycloid_profile.discrepancy.detectable import detectable
+from cycloid_profile.discrepancy.detection import FALSE_ALARM, detect
 from cycloid_profile.discrepancy.exact import ExactModel
 from cycloid_profile.discrepancy.normal import Normal, normal
 from cycloid_profile.discrepancy.recording import hold_nothing_out, record

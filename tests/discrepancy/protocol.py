@@ -19,7 +19,8 @@ from pathlib import Path
 from typing import Any
 
 from cycloid_profile.design.ground import built_reducer
-from cycloid_profile.discrepancy.diagnosis import Diagnosis, diagnose
+from cycloid_profile.discrepancy.diagnosis import diagnose
+from cycloid_profile.discrepancy.outcome import Diagnosis
 from cycloid_profile.effects.built import Built
 from cycloid_profile.measurement.files import Measurement, parse_measurement
 from cycloid_profile.spec.read import parse_spec

@@ -19,7 +19,8 @@ from hypothesis import strategies as st
 
 from cycloid_profile.cli.main import run
 from cycloid_profile.design.ground import built_reducer
-from cycloid_profile.discrepancy.diagnosis import Diagnosis, diagnose
+from cycloid_profile.discrepancy.diagnosis import diagnose
+from cycloid_profile.discrepancy.outcome import Diagnosis
 from cycloid_profile.discrepancy.recording import record
 from cycloid_profile.discrepancy.screening import screen
 from cycloid_profile.effects.built import Built

@@ -13,9 +13,9 @@ import pytest
 from cycloid_profile.design.ground import built_reducer
 from cycloid_profile.discrepancy.candidates import candidate_of
 from cycloid_profile.discrepancy.detection import Detection, Finding
-from cycloid_profile.discrepancy.diagnosis import Diagnosis, FileGap, NamedEffect
 from cycloid_profile.discrepancy.laid import Laid, settled
 from cycloid_profile.discrepancy.nearest import Near
+from cycloid_profile.discrepancy.outcome import Diagnosis, FileGap, NamedEffect
 from cycloid_profile.discrepancy.recording import record
 from cycloid_profile.effects.registry import EFFECTS
 from cycloid_profile.plot.diagnosis import pictures
