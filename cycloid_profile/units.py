@@ -15,3 +15,26 @@ ARCSEC = ARCMIN / 60.0
 DEGREE = math.pi / 180.0
 NEWTON_METRE = 1e3
 GPA = 1e3
+
+# Units as names end with them (``amount_um``), and their signs.
+SIGNS = {
+    "um": "µm",
+    "arcmin": "′",
+    "arcsec": "″",
+    "deg": "°",
+    "k": "K",
+    "nm": "N·m",
+    "nm_per_arcmin": "N·m/′",
+    "um_per_kn": "µm/kN",
+    "mpa": "MPa",
+}
+
+
+def unit_of(name: str) -> str:
+    """Unit that a name ends with, the longest of ``SIGNS``; empty for a plain number."""
+    return max((unit for unit in SIGNS if name.endswith(f"_{unit}")), key=len, default="")
+
+
+def sign_of(name: str) -> str:
+    """Sign of the unit that a name ends with; empty for a plain number."""
+    return SIGNS.get(unit_of(name), "")

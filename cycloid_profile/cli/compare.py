@@ -9,6 +9,7 @@ from cyclopts import Parameter
 
 from cycloid_profile.cli.options import Json, OutFolder
 from cycloid_profile.cli.terminal import output_folder, print_json, print_table, progress
+from cycloid_profile.units import SIGNS
 
 
 def compare(
@@ -70,9 +71,8 @@ def compare(
         ]
         print_json({"schema": 1, "name": wanted.name, "gap": rows})
     else:
-        shown = {"um": "µm", "arcmin": "′", "arcsec": "″"}
         table = [
-            (f.measurement.name, f.measurement.kind, f"{f.rms:.4g}", f"{f.noise:.4g}", shown[f.unit]) for f, _ in gaps
+            (f.measurement.name, f.measurement.kind, f"{f.rms:.4g}", f"{f.noise:.4g}", SIGNS[f.unit]) for f, _ in gaps
         ]
         print_table(f"{wanted.name}: measured minus predicted", ("file", "kind", "rms", "noise", "unit"), table)
         print(f"\npictures: {folder}")

@@ -9,6 +9,7 @@ from cyclopts import Parameter
 
 from cycloid_profile.cli.options import OutFolder
 from cycloid_profile.cli.terminal import output_folder, print_json, print_table, progress
+from cycloid_profile.units import SIGNS
 
 if TYPE_CHECKING:
     from cycloid_profile.effects.built import Built
@@ -98,7 +99,7 @@ def _write_json(path: Path, values: dict[str, object]) -> None:
 
 
 def _print(values: dict[str, object], verdict: str) -> None:
-    from cycloid_profile.discrepancy.told import SHOWN, chance
+    from cycloid_profile.discrepancy.told import chance
 
     print(f"{values['name']}: {_VERDICTS[verdict]}\n")
     effects = values["effects"]
@@ -130,7 +131,7 @@ def _print(values: dict[str, object], verdict: str) -> None:
     assert isinstance(gaps, list)
     columns = ("file", "noise", "fitted before", "after", "held out before", "after", "unit")
     keys = ("noise", "fit_before", "fit_after", "held_out_before", "held_out_after")
-    table = [(g["file"], *("–" if g[k] is None else f"{g[k]:.4g}" for k in keys), SHOWN[g["unit"]]) for g in gaps]
+    table = [(g["file"], *("–" if g[k] is None else f"{g[k]:.4g}" for k in keys), SIGNS[g["unit"]]) for g in gaps]
     print_table("measured minus predicted, rms", columns, table)
     if verdict == "agrees":
         hidden = values["not_seen"]
@@ -148,10 +149,8 @@ def _print(values: dict[str, object], verdict: str) -> None:
 
 
 def _symbols(size: str) -> str:
-    from cycloid_profile.discrepancy.told import SHOWN
-
     number, _, unit = size.rpartition(" ")
-    return f"{number} {SHOWN[unit]}" if unit in SHOWN else size
+    return f"{number} {SIGNS[unit]}" if unit in SIGNS else size
 
 
 def _range(place: dict[str, object]) -> str:
@@ -160,10 +159,8 @@ def _range(place: dict[str, object]) -> str:
 
 
 def _size(place: dict[str, object]) -> str:
-    from cycloid_profile.discrepancy.told import SHOWN
-
     key = next(k for k in place if k.startswith("rms_"))
-    return f"{place[key]:.3g} {SHOWN[key[4:]]}"
+    return f"{place[key]:.3g} {SIGNS[key[4:]]}"
 
 
 def _plan(name: str, built: Built, folder: Path) -> int:

@@ -9,18 +9,9 @@ from typing import Any
 
 from cycloid_profile.discrepancy.detection import Finding
 from cycloid_profile.discrepancy.outcome import Diagnosis, FileGap, NamedEffect
+from cycloid_profile.units import SIGNS, unit_of
 
 _DIGITS = 6
-_UNITS = ("_um", "_arcmin", "_arcsec", "_nm_per_arcmin", "_nm", "_k", "_um_per_kn")
-SHOWN = {
-    "um": "µm",
-    "arcmin": "′",
-    "arcsec": "″",
-    "nm": "N·m",
-    "nm_per_arcmin": "N·m/′",
-    "k": "K",
-    "um_per_kn": "µm/kN",
-}
 
 
 def told(diagnosis: Diagnosis, name: str) -> dict[str, Any]:
@@ -85,21 +76,15 @@ def chance(p: float) -> str:
     return f"{p:.2g}" if p > 1e-300 else "< 1e-300"
 
 
-def unit_of(parameter: str) -> str:
-    """Unit that the name of a parameter ends with, as it is printed; empty for a plain number."""
-    ending = max((u for u in _UNITS if parameter.endswith(u)), key=len, default="")
-    return ending[1:]
-
-
 def smallest(size: float, parameter: str, symbols: bool = False) -> str:
     """A smallest detectable size with its unit, as a symbol if wanted; of a stiffness, the largest that is seen."""
     if not math.isfinite(size):
         return "not visible in these files"
     unit = unit_of(parameter)
     if symbols and unit == "nm_per_arcmin":
-        return f"< {1.0 / size:.2g} {SHOWN[unit]}"
+        return f"< {1.0 / size:.2g} {SIGNS[unit]}"
     if symbols:
-        return f"{size:.2g} {SHOWN.get(unit, unit)}".strip()
+        return f"{size:.2g} {SIGNS.get(unit, unit)}".strip()
     if unit == "nm_per_arcmin":
         return f"softer than {1.0 / size:.2g} {unit}"
     return f"{size:.2g} {'K' if unit == 'k' else unit}".strip()

@@ -11,7 +11,8 @@ from cycloid_profile.arrays import FloatArray
 from cycloid_profile.plot.style import BLACK, BLUE, GREY, ORANGE, new_figure, plain, style
 from cycloid_profile.tolerance.allocated import Allocation, Line, percent
 from cycloid_profile.tolerance.limits import Limit
-from cycloid_profile.tolerance.quantities import QUANTITIES, SIGNS
+from cycloid_profile.tolerance.quantities import QUANTITIES
+from cycloid_profile.units import SIGNS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -11,8 +11,8 @@ import numpy as np
 from cycloid_profile.discrepancy.detection import Finding
 from cycloid_profile.discrepancy.laid import Laid
 from cycloid_profile.discrepancy.outcome import Diagnosis, FileGap
-from cycloid_profile.discrepancy.told import SHOWN
 from cycloid_profile.plot.style import BLACK, GREEN
+from cycloid_profile.units import SIGNS
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -24,7 +24,7 @@ OUTLINE: dict[str, Any] = {"facecolor": "none", "edgecolor": BLACK, "linewidth":
 
 def unit(gap: FileGap) -> str:
     """Sign of the unit of a file."""
-    return SHOWN[gap.recording.unit]
+    return SIGNS[gap.recording.unit]
 
 
 def with_unit(value: float, gap: FileGap) -> str:

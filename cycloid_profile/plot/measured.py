@@ -17,13 +17,12 @@ from cycloid_profile.plot.turn_axis import turn_ticks, widened
 from cycloid_profile.rig.evaluation import evaluate_loop
 from cycloid_profile.rig.gap import Gap, gap
 from cycloid_profile.rig.transmission import spectrum
-from cycloid_profile.units import ARCMIN, NEWTON_METRE
+from cycloid_profile.units import ARCMIN, NEWTON_METRE, SIGNS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_UNIT = {"um": "µm", "arcmin": "′", "arcsec": "″"}
 _LABELLED_ORDERS = 6
 _TO_THE_LEFT = 0.85  # part of the axis beyond which a name would leave the picture to the right
 _CELLS = 60  # of a lobe
@@ -45,7 +44,7 @@ def measurement_plot(measurement: Measurement, built: Built, name: str) -> Figur
 
 def gap_plot(found: Gap, name: str) -> Figure:
     """Measured minus predicted, and what is left beside the noise."""
-    unit = _UNIT[found.unit]
+    unit = SIGNS[found.unit]
     with style():
         if found.measurement.kind == "profile_scan":
             figure = _polar(found)

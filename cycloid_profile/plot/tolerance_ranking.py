@@ -9,10 +9,10 @@ import numpy as np
 
 from cycloid_profile.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, new_figure, plain, style
 from cycloid_profile.tolerance.contributions import Contribution, Contributions
-from cycloid_profile.tolerance.quantities import SIGNS
 from cycloid_profile.tolerance.responses import RESPONSES
 from cycloid_profile.tolerance.sensitivity import PartsSensitivity
 from cycloid_profile.tolerance.sobol import Share, SobolShares
+from cycloid_profile.units import sign_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -143,4 +143,4 @@ def _label(label: str, plus_minus: float | None, unit: str, count: int = 1) -> s
 
 
 def _unit(quantity: str) -> str:
-    return SIGNS[quantity.rsplit("_", 1)[-1]]
+    return sign_of(quantity)

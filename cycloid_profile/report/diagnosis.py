@@ -8,14 +8,14 @@ from pathlib import Path
 from typing import Any
 
 from cycloid_profile.discrepancy.outcome import Diagnosis, FileGap, NamedEffect
-from cycloid_profile.discrepancy.told import SHOWN
 from cycloid_profile.effects.effect import parameters
 from cycloid_profile.effects.registry import EFFECTS
-from cycloid_profile.report.effect_in_words import PARTS, cure_of, in_words, meaning_of, unit_sign, which_part
+from cycloid_profile.report.effect_in_words import PARTS, cure_of, in_words, meaning_of, which_part
 from cycloid_profile.report.number_in_words import joined, minus, odds, with_uncertainty
 from cycloid_profile.report.page import inline_svg, template
 from cycloid_profile.report.place_in_words import place_in_words
 from cycloid_profile.report.verdict_in_words import headline, summary, sure
+from cycloid_profile.units import SIGNS, sign_of
 
 TEMPLATE = "diagnosis.html.j2"
 
@@ -52,7 +52,7 @@ def _effect(one: NamedEffect) -> dict[str, Any]:
         value = one.parameters.get(parameter.name)
         if value is None or parameter.name in PARTS:
             continue
-        text = with_uncertainty(value, one.uncertainty.get(parameter.name), unit_sign(parameter.name))
+        text = with_uncertainty(value, one.uncertainty.get(parameter.name), sign_of(parameter.name))
         values.append((re.sub(r" \[.*\]$", "", parameter.text), text))
     size = one.parameters[one.candidate.size]
     return {
@@ -74,7 +74,7 @@ def _gap(gap: FileGap) -> dict[str, Any]:
     return {
         "file": gap.recording.name,
         "kind": in_words(gap.recording.kind),
-        "unit": SHOWN[gap.recording.unit],
+        "unit": SIGNS[gap.recording.unit],
         "rows": f"{gap.recording.rows.size} ({int(gap.recording.held_out.sum())} held out)",
         "noise": gap.noise,
         "fit_before": finite(gap.fit_before),
@@ -90,7 +90,7 @@ def _not_seen(name: str, size: float, parameter: str) -> tuple[str, str]:
     """An effect, and from what size on these files would have shown it."""
     known = next(p for p in parameters(EFFECTS[name]) if p.name == parameter)
     nothing = "these files do not show it"
-    unit = unit_sign(parameter)
+    unit = sign_of(parameter)
     if parameter == "stiffness_nm_per_arcmin":
         # The size found is the compliance that is seen; stiffer than its reciprocal is not.
         seen = math.isfinite(size) and size > 0.0 and 1.0 / size > known.low

@@ -6,9 +6,9 @@ import inspect
 import re
 
 from cycloid_profile.discrepancy.outcome import NamedEffect
-from cycloid_profile.discrepancy.told import SHOWN, unit_of
 from cycloid_profile.effects.effect import Effect, parameters
 from cycloid_profile.report.number_in_words import with_uncertainty
+from cycloid_profile.units import sign_of
 
 PARTS = ("disc", "crank", "form", "lobe", "first_lobe", "pin", "planet", "flank")
 
@@ -38,15 +38,7 @@ def which_part(one: NamedEffect) -> str:
 
 def _size(one: NamedEffect) -> str:
     name = one.candidate.size
-    return with_uncertainty(one.parameters[name], one.uncertainty.get(name), unit_sign(name))
-
-
-def unit_sign(parameter: str) -> str:
-    """Sign of the unit that the name of a parameter ends with; empty for a plain number."""
-    if parameter.endswith("_deg"):
-        return "°"
-    unit = unit_of(parameter)
-    return SHOWN.get(unit, unit)
+    return with_uncertainty(one.parameters[name], one.uncertainty.get(name), sign_of(name))
 
 
 def cure_of(kind: type[Effect]) -> str:

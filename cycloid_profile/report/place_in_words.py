@@ -6,14 +6,14 @@ import math
 
 from cycloid_profile.discrepancy.detection import Finding
 from cycloid_profile.discrepancy.outcome import Diagnosis
-from cycloid_profile.discrepancy.told import SHOWN
 from cycloid_profile.report.effect_in_words import in_words
 from cycloid_profile.report.number_in_words import joined, minus
+from cycloid_profile.units import SIGNS
 
 
 def place_in_words(finding: Finding, diagnosis: Diagnosis) -> str:
     """Where a finding is and how large, in words."""
-    unit = SHOWN.get(finding.unit, finding.unit)
+    unit = SIGNS.get(finding.unit, finding.unit)
     size = joined(f"{abs(finding.amplitude):.2g}", unit)
     start = finding.start
     if finding.coordinate == "waves per turn":

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from cycloid_profile.tolerance.plain_tables import PlainTable
-from cycloid_profile.tolerance.quantities import QUANTITIES, SIGNS
+from cycloid_profile.tolerance.quantities import QUANTITIES
+from cycloid_profile.units import sign_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-UNITS = {name: SIGNS[name.rsplit("_", 1)[-1]] for name in QUANTITIES}
+UNITS = {name: sign_of(name) for name in QUANTITIES}
 
 
 @dataclass(frozen=True)

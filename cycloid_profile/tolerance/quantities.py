@@ -78,7 +78,6 @@ class RatedAnswers:
 
 
 # Signs of the units that names of quantities end with.
-SIGNS = {"arcmin": "′", "arcsec": "″", "mpa": "MPa"}
 # Quantities in the order they are told, and what each is.
 QUANTITIES = {
     "backlash_arcmin": "backlash, crank locked, largest over a turn",

@@ -19,10 +19,9 @@ from cycloid_profile.effects.effect import Effect, Parameter
 from cycloid_profile.tolerance.responses import RESPONSES
 from cycloid_profile.tolerance.scatter import Tolerances
 from cycloid_profile.tolerance.working_point import PlacedEffect, WorkingPoint
+from cycloid_profile.units import sign_of
 
 _DIRECTIONS = 720  # tried for a size at zero; the best of all is larger than the best of these by 1e-5 of it
-_UNITS = {"um": "µm", "arcmin": "′", "arcsec": "″", "deg": "°", "k": "K", "um_per_kn": "µm/kN", "nm": "N·m",
-          "nm_per_arcmin": "N·m/′"}  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,12 +190,11 @@ def _row(
     over_direction: bool = False,
 ) -> Sensitivity:
     name = parameter.name
-    ending = next((end for end in sorted(_UNITS, key=len, reverse=True) if name.endswith(f"_{end}")), "")
     return Sensitivity(
         effect=placed.effect.name,
         part=placed.part,
         parameter=name,
-        unit=_UNITS.get(ending, ""),
+        unit=sign_of(name),
         value=float(getattr(placed.effect, name)),
         tolerance=tolerance,
         over_direction=over_direction,

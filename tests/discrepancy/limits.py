@@ -22,6 +22,7 @@ from cycloid_profile.discrepancy.recording import hold_nothing_out, record
 from cycloid_profile.effects.built import Built
 from cycloid_profile.measurement.files import parse_measurement
 from cycloid_profile.spec.read import parse_spec
+from cycloid_profile.units import sign_of
 from tests.discrepancy.blind import Hidden, Reducer, spec_text
 from tests.discrepancy.blind.cases import measured
 
@@ -73,8 +74,14 @@ def table(file: str, runs: int, workers: int, power: float = POWER) -> list[str]
         for name, (candidate, least, ours) in chosen.items():
             asked = [(file, candidate, ours, 7000 + k) for k in range(runs)]
             hits = sum(pool.map(found, asked))
-            unit = candidate.size.rpartition("_")[2]
-            row = (f"`{name}`", file, f"{least:.3g}", f"{ours:.3g} {unit}", f"{ours / least:.2f}", f"{hits} of {runs}")
+            row = (
+                f"`{name}`",
+                file,
+                f"{least:.3g}",
+                f"{ours:.3g} {sign_of(candidate.size)}",
+                f"{ours / least:.2f}",
+                f"{hits} of {runs}",
+            )
             lines.append(f"| {' | '.join(row)} |")
             print(lines[-1], file=sys.stderr, flush=True)
     return lines
