@@ -39,12 +39,24 @@ def test_one_effect_on_a_scan_is_named_and_the_gap_closes(seed):
     assert answer.held_out < 1.1
 
 
+# Scans and clean loops, which take a second or two; the rest is for the whole protocol.
+IN_SMALL = {
+    "clean, scan": 12,
+    "clean, loop": 4,
+    "one, scan": 12,
+    "λ_sep 6 to 60, one, scan": 8,
+    "λ_sep 3 to 6, one, scan": 4,
+    "two, scan": 8,
+    "λ_sep 8 to 60, two, scan": 4,
+    "three, scan": 2,
+    "outside, scan": 8,
+}
+
+
 @pytest.mark.slow
 def test_the_protocol_in_small():
-    # Scans and clean loops, which take a second or two; the rest is for the whole protocol.
-    wanted = [q for q in questions(500_000, 0.15) if "scan" in q.section or q.section == "clean, loop"]
-    asked = [q for q in wanted if "five" not in q.section and "bench" not in q.section]
-    asked = [q for q in asked if not q.section.startswith("clean") or q.seed % 3 == 0]
+    every = questions(500_000)
+    asked = [q for section, count in IN_SMALL.items() for q in [q for q in every if q.section == section][:count]]
     answers = run(asked, min(2, os.cpu_count() or 1))
     assert len(answers) >= 60
     counts = Counter((a.section, a.outcome) for a in answers)
@@ -58,6 +70,9 @@ def test_the_protocol_in_small():
     assert share("clean, loop", "exact") >= 0.9
     assert share("one, scan", "exact", "group") >= 0.9
     assert share("one, scan", "wrong") <= 0.05
+    assert share("λ_sep 6 to 60, one, scan", "exact", "group") == 1.0
+    assert share("λ_sep 3 to 6, one, scan", "wrong") == 0.0
+    assert share("λ_sep 8 to 60, two, scan", "exact", "group") >= 0.75
     assert share("two, scan", "exact", "group") >= 0.85
     assert share("outside, scan", "wrong") <= 0.15
     z = [value for a in answers for value in a.z]
