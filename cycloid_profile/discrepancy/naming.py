@@ -29,6 +29,7 @@ _FEW_ROWS = 360
 _GAIN_KEPT = 500.0  # of chi², on the few rows that name an effect
 _WEAK = 60.0  # below this gain everything is linear
 _RECOUNTS = 2
+_SINGLES = 2  # single effects that a climb starts from
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,9 +104,11 @@ def _coarse(model: ExactModel, library: Library, tell: Callable[[str], None]) ->
     thin = [thinned(r, _FEW_ROWS, _GAIN_KEPT / gain) for r in model.recordings]
     whole = all(a is b for a, b in zip(thin, model.recordings, strict=True))
     coarse = model if whole else ExactModel(model.built, thin, model.probes)
-    climb = Climb(coarse, library, _RESCORINGS, tell)
+    same_rows = all(a is b for a, b in zip(few.recordings, coarse.recordings, strict=True))
+    known = {tuple(library.places(o.members)): o for o in singles if o.settled and same_rows}
+    climb = Climb(coarse, library, _RESCORINGS, tell, known)
     # From single effects one after the other, and from the best linear set only if they leave something.
-    for start in [*((library.places(o.members), o.u) for o in singles), *linear]:
+    for start in [*((library.places(o.members), o.u) for o in singles[:_SINGLES]), *linear]:
         climb.up([start], _ROUNDS)
         if climb.found and not leaves_something(climb.ranked[0]):
             break

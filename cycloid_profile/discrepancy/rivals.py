@@ -82,6 +82,12 @@ def _group(found: Named, about: Normal, member: int, tell: Callable[[str], None]
         ):
             group.setdefault(candidate.name, candidate)
     others = [m for j, m in enumerate(best.members) if j != member]
+    for rescored in found.rescored:
+        # What was fitted on the way to the best, and fits as well.
+        rest = [m for m in rescored.members if m not in others]
+        alike = len(rescored.members) == len(best.members) and len(rest) == 1 and rest[0].name != mine.name
+        if alike and not rescored.implausible and _fit_of(rescored) >= _fit_of(best) - DISTINGUISHED:
+            group.setdefault(rest[0].name, rest[0])
     loops = all(r.kind == "hysteresis" for r in found.model.recordings)
     names, at_places, reach = _RESCORED_SWAPS, 1, DISTINGUISHED
     if loops:

@@ -19,7 +19,6 @@ _STARTS = 8
 _STARTS_OF_LOOPS = 40
 _LEADING = 3
 _LEADING_OF_LOOPS = 10
-_KEPT = 2
 _LINEAR = 0.995  # share of the gap that linear effects explain, above which none of second order is sought
 _SECOND_ORDER = 3
 _TRIED = 0.5  # of the width of a coordinate
@@ -28,7 +27,7 @@ _TRIED = 0.5  # of the width of a coordinate
 def leading_singles(
     coarse: ExactModel, library: Library, equations: Normal, gain: float, tell: Callable[[str], None]
 ) -> list[Optimum]:
-    """Single effects of the leading names, fitted on a model of few rows, best first.
+    """Single effects of the leading names, fitted on a model of few rows, best first; all that were tried.
 
     ``equations`` of all rows, whose best set gains ``gain`` in chi². Of loops alone each disc and crank counts as a
     name of its own.
@@ -58,7 +57,7 @@ def leading_singles(
                 optima.append((members, optimum))
         optima.sort(key=lambda o: -o[1].log_evidence)
         starts = [(members, optimum.u) for members, optimum in optima]
-    return [optimum for _, optimum in optima[:_KEPT] if optimum.log_evidence > 0.0]
+    return [optimum for _, optimum in optima if optimum.log_evidence > 0.0]
 
 
 def _second_order(coarse: ExactModel, library: Library, gain_per_row: float) -> list[Start]:
