@@ -21,7 +21,7 @@ from cycloid_profile.discrepancy.outcome import Diagnosis, FileGap, NamedEffect
 from cycloid_profile.discrepancy.probes import Probes
 from cycloid_profile.discrepancy.recording import Recording, hold_all_out, hold_nothing_out, record
 from cycloid_profile.discrepancy.repeats import with_noise_of_repeats
-from cycloid_profile.discrepancy.rivals import named_effects
+from cycloid_profile.discrepancy.rivals import named_effects, turned_round
 from cycloid_profile.discrepancy.screening import screen
 from cycloid_profile.effects.built import Built
 from cycloid_profile.measurement.files import Measurement, scanned_disc
@@ -93,6 +93,7 @@ def diagnose(
     effects: tuple[NamedEffect, ...] = ()
     if best.members and best.log_evidence >= _LEAST_EVIDENCE and (worst is None or explained > _EXPLAINED):
         effects = named_effects(found, everything, final, tell)
+        notes += turned_round(everything, final)
     else:
         worst = _most_striking(detection)
     corrected = _with(built, effects)

@@ -200,6 +200,8 @@ class ExactModel:
             if new is None:
                 break
             u, now = new
+        if members and not settled:
+            R = normal(now.blocks, members).R
         rows = sum(block.z.size for block in now.blocks)
         fall = self.nothing.chi2 - now.chi2
         covariance = np.asarray(np.linalg.inv(np.eye(u.size) + R), dtype=np.float64)

@@ -16,6 +16,7 @@ from cycloid_profile.discrepancy.naming import Named
 from cycloid_profile.discrepancy.normal import Normal, coordinates, normal
 from cycloid_profile.discrepancy.outcome import NamedEffect
 from cycloid_profile.discrepancy.plan import separating_measurement
+from cycloid_profile.effects.effect import Place
 
 DISTINGUISHED = 4.5  # half chi²: three standard deviations between two explanations
 _RESCORED_SWAPS = 4  # names
@@ -51,6 +52,23 @@ def named_effects(
             )
         )
     return tuple(told)
+
+
+def turned_round(everything: ExactModel, final: Optimum) -> list[str]:
+    """Sentences about angles that might as well be half a turn more.
+
+    Two discs, half a turn apart, see the same of a ring that is off its axis to one side or to the other.
+    """
+    found = []
+    for i, member in enumerate(final.members):
+        if member.kind.place is not Place.RING or member.angle is None or member.waves != 1:
+            continue
+        u = final.u.copy()
+        u[2 * i : 2 * i + 2] *= -1.0
+        state = everything.state(final.members, u)
+        if state is not None and state.chi2 < final.chi2 + 2.0 * DISTINGUISHED:
+            found.append(f"{member.angle} of {member.name} may as well be 180° more: these files do not tell")
+    return found
 
 
 def _evidence_of(found: Named, members: Sequence[Candidate]) -> float:

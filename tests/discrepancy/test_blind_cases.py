@@ -7,6 +7,11 @@ from collections import Counter
 
 import pytest
 
+from cycloid_profile.design.ground import built_reducer
+from cycloid_profile.discrepancy.diagnosis import diagnose
+from cycloid_profile.measurement.files import parse_measurement
+from cycloid_profile.spec.read import parse_spec
+from tests.discrepancy.blind import draw_case, spec_text
 from tests.discrepancy.protocol import BENCH, Question, ask, questions, run, score
 
 
@@ -86,3 +91,17 @@ def test_the_protocol_in_small():
 def test_a_bench_names_one_effect(name):
     answer = ask(Question("bench", 77, {"effects": 1, "files": BENCH, "sizes": (0.8, 1.2), "names": (name,)}))
     assert answer.outcome in {"exact", "group"}, answer
+
+
+@pytest.mark.slow
+def test_a_ring_off_its_axis_may_be_off_to_the_other_side():
+    """The phase of what two discs see alike is told with its other value."""
+    asked = {"effects": 1, "files": ("loop",), "sizes": (1.0, 1.5), "names": ("pin_ring_runout",)}
+    case = draw_case(5, **asked)
+    reducer = built_reducer(parse_spec(spec_text(case.reducer)))
+    found = diagnose(reducer, [parse_measurement(case.files["loop"], "loop.csv")])
+    (effect,) = found.effects
+    assert effect.candidate.name == "pin_ring_runout"
+    assert any("180° more" in note for note in found.notes)
+    off = (effect.parameters["phase_deg"] - case.truth[0]["phase_deg"] + 90.0) % 180.0 - 90.0
+    assert abs(off) < 5.0 * effect.uncertainty["phase_deg"]
