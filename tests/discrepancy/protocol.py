@@ -316,12 +316,14 @@ def main() -> None:
     parser.add_argument("--only", default="", help="sections whose name contains this")
     parser.add_argument("--first", type=int, default=None, help="so many cases of each section at most")
     parser.add_argument("--out", type=Path, default=None, help="JSON lines, one a case")
+    parser.add_argument("--read", type=Path, nargs="*", default=[], help="print what such files hold, run nothing")
     arguments = parser.parse_args()
     asked = [q for q in questions(arguments.seed, arguments.share) if arguments.only in q.section]
     if arguments.first is not None:
         sections = [q.section for q in asked]
         asked = [q for i, q in enumerate(asked) if sections[:i].count(q.section) < arguments.first]
-    answers = run(asked, arguments.workers, arguments.out)
+    lines = [line for path in arguments.read for line in path.read_text(encoding="utf-8").splitlines()]
+    answers = [Answer(**json.loads(line)) for line in lines] or run(asked, arguments.workers, arguments.out)
     print(table(answers))
     print("\nleast squares and BIC on the same cases\n" + table(answers, baseline=True))
     print("\n" + calibration(answers) + "\n")
