@@ -27,6 +27,7 @@ from tests.discrepancy.blind import Hidden, Reducer, spec_text
 from tests.discrepancy.blind.cases import measured
 
 _LARGEST = 2.0  # widths, that is four workshop tolerances
+_LARGEST_UM = 5.0
 _SEEN = 1e-6
 _TOO_CLOSE = math.sqrt(1.0 - ALIAS**2)
 
@@ -42,11 +43,14 @@ class Seen:
     aliases: frozenset[str]
 
     def size(self, scale: float) -> float:
-        """The size at which λ_sep is ``scale``; infinite where no workshop makes it."""
+        """The size at which λ_sep is ``scale``; infinite above four workshop tolerances or 5 µm."""
         if self.strength * self.sine < _SEEN:
             return math.inf
         coordinate = scale / (self.strength * self.sine)
-        if coordinate > _LARGEST * self.candidate.width:
+        most = _LARGEST * self.candidate.width
+        if self.candidate.size.endswith("_um"):
+            most = min(most, _LARGEST_UM)
+        if coordinate > most:
             return math.inf
         return 1.0 / coordinate if self.candidate.inverse else coordinate
 
