@@ -33,7 +33,8 @@ Found = dict[tuple[int, ...], Optimum]
 class Climb:
     """A climb on one ``model``. ``found`` holds the sets rescored so far by their numbers in the library, and grows.
 
-    At most ``rescorings`` sets are rescored: a search that leaves something must come to an end.
+    At most ``rescorings`` sets are rescored: a search that leaves something must come to an end. ``thorough``: the
+    neighbours of each best set are tried whether chi² is too large or not.
     """
 
     def __init__(
@@ -43,10 +44,12 @@ class Climb:
         rescorings: int,
         tell: Callable[[str], None],
         found: Found | None = None,
+        thorough: bool = False,
     ) -> None:
         self.model, self.library, self.tell = model, library, tell
         self.found: Found = {} if found is None else found
         self._rescorings_left = rescorings
+        self._thorough = thorough
 
     @property
     def ranked(self) -> list[Optimum]:
@@ -64,7 +67,7 @@ class Climb:
             if not proposals:
                 break
             # What linear evidence may be wrong by grows with it.
-            short = leaves_something(best)
+            short = self._thorough or leaves_something(best)
             reach = max(_CLOSE, _LINEAR_ERROR * proposals[0].log_evidence) if short else _CLOSE
             close = [s.members for s in proposals[:400] if s.log_evidence > proposals[0].log_evidence - reach]
             finalists = self._new(equations, self._unlike_names(close))[:_FINALISTS]

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from cycloid_profile.discrepancy.candidates import Candidate, candidates
 from cycloid_profile.discrepancy.detectable import smallest_detectable
 from cycloid_profile.discrepancy.detection import Detection, Finding, detect
-from cycloid_profile.discrepancy.exact import ExactModel, State
+from cycloid_profile.discrepancy.exact import ExactModel, Optimum, State
 from cycloid_profile.discrepancy.laid import Laid, settled
 from cycloid_profile.discrepancy.lobes import counted_alike
-from cycloid_profile.discrepancy.naming import named
+from cycloid_profile.discrepancy.naming import Named, named
 from cycloid_profile.discrepancy.nearest import nearest
 from cycloid_profile.discrepancy.normal import Normal, Whitened, normal
 from cycloid_profile.discrepancy.outcome import Diagnosis, FileGap, NamedEffect
@@ -78,18 +78,18 @@ def diagnose(
         return Diagnosis(
             built, built, "agrees", (), detection, detection, (), None, (), not_seen, gaps, tuple(notes), 0.0
         )
-    found = named(model, library, tell)
-    if found.model is not model:
-        # With the lobes of a scan counted otherwise its places are others, too.
-        everything, equations, detection = _looked_at(found.model, library)
-        before = [*found.model.nothing.laid, *checked]
-    tell("checking what is left")
-    best = found.best
-    final = everything.optimum(best.members, best.u, found.library.prior, steps=3) or best
-    left = _left(everything.at(final), final.members)
+    looked = _Looked(model, everything, equations, detection)
+    account = _account(named(model, library, tell), looked, library, tell)
+    if account.worst is not None and curves:
+        tell("something is left: every place of an effect by itself")
+        again = _account(named(account.found.model, library, tell, thorough=True), account.looked, library, tell)
+        if again.final.log_evidence > account.final.log_evidence:
+            account = again
+    found, final, left, worst = account.found, account.final, account.left, account.worst
+    everything, equations, detection = account.looked.everything, account.looked.equations, account.looked.detection
+    before, best = [*found.model.nothing.laid, *checked], found.best
     first, after = everything.nothing.chi2, final.chi2
     explained = (first - after) / max(first - equations.rows, 1e-9)
-    worst = _worst_left(left, everything.nothing)
     effects: tuple[NamedEffect, ...] = ()
     if best.members and best.log_evidence >= _LEAST_EVIDENCE and (worst is None or explained > _EXPLAINED):
         effects = named_effects(found, everything, final, tell)
@@ -118,6 +118,38 @@ def _disc(built: Built, measurement: Measurement, discs: Sequence[int] | None, n
     if discs is not None:
         return discs[number]
     return scanned_disc(measurement, built.discs)
+
+
+@dataclass(frozen=True, eq=False)
+class _Looked:
+    """A model with ``everything``, all rows to fit, their equations and what strikes."""
+
+    model: ExactModel
+    everything: ExactModel
+    equations: Normal
+    detection: Detection
+
+
+@dataclass(frozen=True, eq=False)
+class _Account:
+    """What the best set that was ``found`` explains of all rows: ``final``, what is ``left``, the ``worst`` of it."""
+
+    found: Named
+    looked: _Looked
+    final: Optimum
+    left: Detection
+    worst: Finding | None
+
+
+def _account(found: Named, looked: _Looked, library: Sequence[Candidate], tell: Callable[[str], None]) -> _Account:
+    """Of a set that may have been found with the lobes of a scan counted otherwise, so that its places are others."""
+    if found.model is not looked.model:
+        looked = _Looked(found.model, *_looked_at(found.model, library))
+    tell("checking what is left")
+    everything, best = looked.everything, found.best
+    final = everything.optimum(best.members, best.u, found.library.prior, steps=3) or best
+    left = _left(everything.at(final), final.members)
+    return _Account(found, looked, final, left, _worst_left(left, everything.nothing))
 
 
 def _looked_at(model: ExactModel, library: Sequence[Candidate]) -> tuple[ExactModel, Normal, Detection]:

@@ -50,13 +50,19 @@ class Named:
         return estimate(self.equations, self.library.places(members))[0]
 
 
-def named(model: ExactModel, candidates: Sequence[Candidate], tell: Callable[[str], None]) -> Named:
-    """The best set of ``candidates`` and of chatter that stands out of the spectra."""
+def named(
+    model: ExactModel, candidates: Sequence[Candidate], tell: Callable[[str], None], thorough: bool = False
+) -> Named:
+    """The best set of ``candidates`` and of chatter that stands out of the spectra.
+
+    ``thorough``: every place of an effect is tried by itself, and the neighbours of each best set whether it seems to
+    leave anything or not.
+    """
     waves = max((r.rows.size for r in model.recordings if r.kind == "profile_scan"), default=2)
     library = Library((*candidates, *_chatter(model.nothing, ())), waves)
-    model, climb, starts = _coarse(model, library, tell)
+    model, climb, starts = _coarse(model, library, tell, thorough)
     if climb.model is not model:
-        climb = Climb(model, library, _RESCORINGS_FULL, tell)
+        climb = Climb(model, library, _RESCORINGS_FULL, tell, thorough=thorough)
     best = nothing(model)
     for _ in range(_RECOUNTS):
         tell("rescoring on the exact model with all rows")
@@ -66,18 +72,20 @@ def named(model: ExactModel, candidates: Sequence[Candidate], tell: Callable[[st
         if counted is model:
             break
         model, starts = counted, [(library.places(best.members), best.u)]
-        climb = Climb(model, library, _RESCORINGS_FULL, tell)
+        climb = Climb(model, library, _RESCORINGS_FULL, tell, thorough=thorough)
     more = _chatter(model.at(best), best.members)
     if more and best.members:
         # Waves that stood below what larger effects made of the spectrum.
         library = library.with_more(more)
-        climb = Climb(model, library, _RESCORINGS_FULL, tell, climb.found)
+        climb = Climb(model, library, _RESCORINGS_FULL, tell, climb.found, thorough)
         climb.up([(library.places(best.members), best.u)], _FINAL_ROUNDS)
         best = _first_that_contributes(climb)
     return Named(best, model, library, about(model, library, best), tuple(climb.ranked))
 
 
-def _coarse(model: ExactModel, library: Library, tell: Callable[[str], None]) -> tuple[ExactModel, Climb, list[Start]]:
+def _coarse(
+    model: ExactModel, library: Library, tell: Callable[[str], None], thorough: bool
+) -> tuple[ExactModel, Climb, list[Start]]:
     """Large effects are named on few rows, small ones beside them on all rows afterwards.
 
     The model with the lobes of its scans counted by what leads, the climb, and where to go on.
@@ -91,8 +99,8 @@ def _coarse(model: ExactModel, library: Library, tell: Callable[[str], None]) ->
         linear = [(list(s.members), estimate(equations, s.members)[0]) for s in first[:1]]
         gain = 2.0 * first[0].log_evidence if first else 0.0
         if gain <= _WEAK:
-            return model, Climb(model, library, _RESCORINGS_FULL, tell), linear
-        singles = leading_singles(few, library, equations, gain, tell)
+            return model, Climb(model, library, _RESCORINGS_FULL, tell, thorough=thorough), linear
+        singles = leading_singles(few, library, equations, gain, tell, thorough)
         # Few rows suspect another count, all rows decide on it.
         if not singles or recounted(model, few, library, singles[0]) is model:
             break
@@ -106,7 +114,7 @@ def _coarse(model: ExactModel, library: Library, tell: Callable[[str], None]) ->
     coarse = model if whole else ExactModel(model.built, thin, model.probes)
     same_rows = all(a is b for a, b in zip(few.recordings, coarse.recordings, strict=True))
     known = {tuple(library.places(o.members)): o for o in singles if o.settled and same_rows}
-    climb = Climb(coarse, library, _RESCORINGS, tell, known)
+    climb = Climb(coarse, library, _RESCORINGS, tell, known, thorough)
     # From single effects one after the other, and from the best linear set only if they leave something.
     for start in [*((library.places(o.members), o.u) for o in singles[:_SINGLES]), *linear]:
         climb.up([start], _ROUNDS)

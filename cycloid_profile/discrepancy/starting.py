@@ -15,40 +15,42 @@ from cycloid_profile.discrepancy.normal import Normal, Whitened
 from cycloid_profile.effects.effect import Place
 
 _STARTS = 8
-# A loop has so few rows that every place of an effect can be looked at, and bends alike for many of them.
-_STARTS_OF_LOOPS = 40
 _LEADING = 3
-_LEADING_OF_LOOPS = 10
+# A loop has so few rows that every place of an effect can be looked at, and bends alike for many of them.
+_STARTS_AT_PLACES = 40
+_LEADING_AT_PLACES = 10
+_PLACES = ("disc", "crank", "flank", "form")
 _LINEAR = 0.995  # share of the gap that linear effects explain, above which none of second order is sought
 _SECOND_ORDER = 3
 _TRIED = 0.5  # of the width of a coordinate
 
 
 def leading_singles(
-    coarse: ExactModel, library: Library, equations: Normal, gain: float, tell: Callable[[str], None]
+    coarse: ExactModel,
+    library: Library,
+    equations: Normal,
+    gain: float,
+    tell: Callable[[str], None],
+    thorough: bool = False,
 ) -> list[Optimum]:
     """Single effects of the leading names, fitted on a model of few rows, best first; all that were tried.
 
-    ``equations`` of all rows, whose best set gains ``gain`` in chi². Of loops alone each disc and crank counts as a
-    name of its own.
+    ``equations`` of all rows, whose best set gains ``gain`` in chi². Of loops alone, or if ``thorough``, each disc,
+    crank and flank counts as a name of its own.
     """
-    loops = all(r.kind == "hysteresis" for r in coarse.recordings)
+    apart = thorough or all(r.kind == "hysteresis" for r in coarse.recordings)
     singles: dict[tuple[object, ...], Start] = {}
     for scored in search(equations, library.priors, 1):
         candidate = library.candidates[scored.members[0]]
-        kind = (
-            (candidate.name, candidate.choice.get("disc"), candidate.choice.get("crank"))
-            if loops
-            else (candidate.name,)
-        )
+        kind = (candidate.name, *(candidate.choice.get(place) for place in _PLACES if apart))
         if kind not in singles and scored.log_evidence > 0.0:
             singles[kind] = (list(scored.members), estimate(equations, scored.members)[0])
-    starts = list(singles.values())[: _STARTS_OF_LOOPS if loops else _STARTS]
-    if loops or gain < _LINEAR * (equations.chi2 - equations.rows):
+    starts = list(singles.values())[: _STARTS_AT_PLACES if apart else _STARTS]
+    if apart or gain < _LINEAR * (equations.chi2 - equations.rows):
         starts += _second_order(coarse, library, gain / max(equations.rows, 1))
     optima: list[tuple[list[int], Optimum]] = []
     # A look at all, then the leading ones to the end.
-    for steps, some in ((2, len(starts)), (4, _LEADING_OF_LOOPS if loops else _LEADING)):
+    for steps, some in ((2, len(starts)), (4, _LEADING_AT_PLACES if apart else _LEADING)):
         tell(f"single effects on the exact model, {min(some, len(starts))} of {len(starts)}")
         optima = []
         for members, u in starts[:some]:
