@@ -29,6 +29,7 @@ from cycloid_profile.measurement.files import Measurement, scanned_disc
 _LEAST_EVIDENCE = 5.0
 _EXPLAINED = 0.9  # of the gap, for a name beside a remainder
 _REMAINDER = 0.02  # of the first gap
+_SPOILT = 25.0  # of chi²
 
 
 def diagnose(
@@ -91,7 +92,8 @@ def diagnose(
     first, after = everything.nothing.chi2, final.chi2
     explained = (first - after) / max(first - equations.rows, 1e-9)
     effects: tuple[NamedEffect, ...] = ()
-    if best.members and best.log_evidence >= _LEAST_EVIDENCE and (worst is None or explained > _EXPLAINED):
+    stands = worst is None or (explained > _EXPLAINED and not _spoils(everything, final))
+    if best.members and best.log_evidence >= _LEAST_EVIDENCE and stands:
         effects = named_effects(found, everything, final, tell)
         notes += turned_round(everything, final)
     else:
@@ -157,6 +159,12 @@ def _looked_at(model: ExactModel, library: Sequence[Candidate]) -> tuple[ExactMo
     everything = model.with_rows([hold_nothing_out(r) for r in model.recordings])
     equations = normal(everything.nothing.blocks, library)
     return everything, equations, detect(everything.nothing.blocks, equations)
+
+
+def _spoils(everything: ExactModel, final: Optimum) -> bool:
+    """Whether some file fits worse with the effects than without: what explains one must not contradict another."""
+    blocks = zip(everything.nothing.blocks, everything.at(final).blocks, strict=True)
+    return any(after.chi2 > before.chi2 + _SPOILT for before, after in blocks)
 
 
 def _left(state: State, members: Sequence[Candidate]) -> Detection:

@@ -9,7 +9,7 @@ import numpy as np
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.discrepancy.climbing import Start
 from cycloid_profile.discrepancy.evidence import estimate, search
-from cycloid_profile.discrepancy.exact import ExactModel, Optimum
+from cycloid_profile.discrepancy.exact import ExactModel, Optimum, State
 from cycloid_profile.discrepancy.library import Library
 from cycloid_profile.discrepancy.normal import Normal, Whitened
 from cycloid_profile.effects.effect import Place
@@ -22,6 +22,8 @@ _LEADING_AT_PLACES = 10
 _PLACES = ("disc", "crank", "flank", "form")
 _LINEAR = 0.995  # share of the gap that linear effects explain, above which none of second order is sought
 _SECOND_ORDER = 3
+_EITHER_WAY = 8
+_MANY = frozenset({"lobe", "first_lobe", "pin"})  # places too many to look at one by one
 _TRIED = 0.5  # of the width of a coordinate
 
 
@@ -46,6 +48,8 @@ def leading_singles(
         if kind not in singles and scored.log_evidence > 0.0:
             singles[kind] = (list(scored.members), estimate(equations, scored.members)[0])
     starts = list(singles.values())[: _STARTS_AT_PLACES if apart else _STARTS]
+    if thorough:
+        starts += _either_way(coarse, library)
     if apart or gain < _LINEAR * (equations.chi2 - equations.rows):
         starts += _second_order(coarse, library, gain / max(equations.rows, 1))
     optima: list[tuple[list[int], Optimum]] = []
@@ -60,6 +64,30 @@ def leading_singles(
         optima.sort(key=lambda o: -o[1].log_evidence)
         starts = [(members, optimum.u) for members, optimum in optima]
     return [optimum for _, optimum in optima if optimum.log_evidence > 0.0]
+
+
+def _either_way(coarse: ExactModel, library: Library) -> list[Start]:
+    """Starts for what acts otherwise when it grows than when it shrinks, as all does that takes pins out of contact:
+    by the exact change at some size of either sign.
+    """
+    before, found = coarse.nothing, []
+    for i, candidate in enumerate(library.candidates):
+        if candidate.angle is not None or _MANY & candidate.choice.keys():
+            continue
+        for sign in (1.0,) if candidate.one_sided else (1.0, -1.0):
+            u = np.array([sign * _TRIED, 0.0])
+            state = coarse.state([candidate], u)
+            if state is not None:
+                drop, (share,) = _fall(before.blocks, _change(before, state)[:, np.newaxis])
+                if share > 0.0:
+                    found.append((drop, [i], u * min(max(float(share), 0.05), 4.0)))
+    found.sort(key=lambda f: -f[0])
+    return [(members, u) for _, members, u in found[:_EITHER_WAY]]
+
+
+def _change(before: State, after: State) -> FloatArray:
+    """What the predictions gain, all rows of all recordings."""
+    return np.concatenate([a.residual - b.residual for a, b in zip(before.laid, after.laid, strict=True)])
 
 
 def _second_order(coarse: ExactModel, library: Library, gain_per_row: float) -> list[Start]:
@@ -78,9 +106,7 @@ def _second_order(coarse: ExactModel, library: Library, gain_per_row: float) -> 
             state = coarse.state([candidate], _TRIED * np.array([np.cos(angle), np.sin(angle)]))
             if state is None:
                 break
-            shown.append(
-                np.concatenate([a.residual - b.residual for a, b in zip(before.laid, state.laid, strict=True)])
-            )
+            shown.append(_change(before, state))
         if len(shown) < 4:
             continue
         even, first, second = 0.25 * sum(shown), 0.5 * (shown[0] - shown[1]), 0.5 * (shown[2] - shown[3])
