@@ -35,6 +35,7 @@ _BLOCKS_PER_LOBE = 6
 _BLOCKS_PER_TURN = 60
 _LOOP_BLOCK = 5
 _HELD_OUT = 5  # one block in so many
+_FEW_ERRORS = 5  # so many are told with their places
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +121,10 @@ def _of_scan(built: Built, measurement: Measurement, disc: int) -> Recording:
     residual = placed.removal[rows] / UM
     wild = gross_errors(residual, local_noise(residual, np.arange(rows.size)).sigma)
     if np.any(wild):
-        notes.append(f"{np.count_nonzero(wild)} gross errors of reading are left out")
+        count = int(np.count_nonzero(wild))
+        lobes = ", ".join(str(n + 1) for n in np.unique(placed.lobe[rows[wild]].astype(int)))
+        where = f", on lobe {lobes}: a pit between two points looks like that" if count <= _FEW_ERRORS else ""
+        notes.append(f"{count} gross errors of reading are left out{where}")
         rows = rows[~wild]
         keep = np.zeros(along.size, dtype=bool)
         keep[rows] = True

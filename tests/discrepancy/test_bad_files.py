@@ -6,6 +6,7 @@ Files come from the independent generator in ``blind``; what is wrong with them 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
@@ -260,6 +261,19 @@ def test_scan_with_gross_errors_is_diagnosed_all_the_same(size_um: float) -> Non
     found = diagnose(reducer(), [replace(measured, columns={"x_mm": x, "y_mm": y})])
     _is_the_runout(found)
     assert any("gross errors of reading are left out" in note for note in found.notes)
+
+
+def test_a_few_gross_errors_are_told_with_their_lobe() -> None:
+    measured = good("scan")
+    x, y = measured["x_mm"].copy(), measured["y_mm"].copy()
+    grown = 1.0 - 0.02 / np.hypot(x[1000], y[1000])
+    x[1000], y[1000] = x[1000] * grown, y[1000] * grown
+    found = record(reducer(), replace(measured, columns={"x_mm": x, "y_mm": y}))
+    (note,) = found.notes
+    told = re.search(r"on lobe (\d+): a pit between two points", note)
+    assert told is not None
+    # Equal arcs from the root of lobe 1, clockwise; the file may be turned by less than half a lobe.
+    assert abs(int(told[1]) - (1.0 + 39.0 * 1000 / x.size)) < 1.0
 
 
 def test_loop_with_gross_errors_is_diagnosed_all_the_same() -> None:
