@@ -12,9 +12,9 @@ import numpy as np
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.discrepancy.evidence import estimate, linear_evidence, search
-from cycloid_profile.discrepancy.exact import ExactModel, Optimum
+from cycloid_profile.discrepancy.exact import ExactModel, Optimum, State
 from cycloid_profile.discrepancy.library import Library
-from cycloid_profile.discrepancy.normal import Normal, normal
+from cycloid_profile.discrepancy.normal import Normal, Whitened, normal
 
 _FINALISTS = 4
 _SIMPLER = 2  # sets of each smaller number of members
@@ -156,9 +156,37 @@ def leaves_something(optimum: Optimum) -> bool:
 
 
 def contributes(model: ExactModel, optimum: Optimum) -> bool:
-    """Whether every member of an optimum explains more than the simulation may err by."""
-    equations = normal(model.at(optimum).blocks, optimum.members)
-    return all_contribute(equations, list(range(len(optimum.members))), optimum.u)
+    """Whether every member of an optimum explains more than the simulation may err by.
+
+    Linear about the optimum; where a little more of a member changes nothing at all, by the exact model without it: one
+    that takes a disc out of contact explains a lot all the same.
+    """
+    state = model.at(optimum)
+    equations = normal(state.blocks, optimum.members)
+    everyone = list(range(len(optimum.members)))
+    for i in everyone:
+        if equations.contribution(everyone, optimum.u, i) >= LEAST_CONTRIBUTION:
+            continue
+        changes_nothing = equations.contribution([i], optimum.u[2 * i : 2 * i + 2], 0) < LEAST_CONTRIBUTION
+        if not (changes_nothing and _missed(model, optimum, state, i)):
+            return False
+    return True
+
+
+def _missed(model: ExactModel, optimum: Optimum, state: State, i: int) -> bool:
+    """Whether some file fits worse without member ``i`` by more than the simulation may err by."""
+    others = [m for j, m in enumerate(optimum.members) if j != i]
+    without = model.state(others, np.delete(optimum.u, [2 * i, 2 * i + 1]))
+    if without is None:
+        return False
+    pairs = zip(without.blocks, state.blocks, strict=True)
+    return any(_explained(a.chi2 - b.chi2, b) >= LEAST_CONTRIBUTION for a, b in pairs)
+
+
+def _explained(fall: float, block: Whitened) -> float:
+    """Root mean square that a fall of chi² explains, over the accuracy of the simulation."""
+    recording = block.laid.recording
+    return float(np.sqrt(max(fall, 0.0) / max(block.z.size, 1))) * recording.noise.sigma / recording.accuracy
 
 
 def all_contribute(equations: Normal, members: list[int], u: FloatArray) -> bool:

@@ -122,8 +122,8 @@ def _of_scan(built: Built, measurement: Measurement, disc: int) -> Recording:
     wild = gross_errors(residual, local_noise(residual, np.arange(rows.size)).sigma)
     if np.any(wild):
         count = int(np.count_nonzero(wild))
-        lobes = ", ".join(str(n + 1) for n in np.unique(placed.lobe[rows[wild]].astype(int)))
-        where = f", on lobe {lobes}: a pit between two points looks like that" if count <= _FEW_ERRORS else ""
+        hit = ", ".join(str(n + 1) for n in np.unique(placed.lobe[rows[wild]].astype(int)))
+        where = f", on lobe {hit}: a pit between two points looks like that" if count <= _FEW_ERRORS else ""
         notes.append(f"{count} gross errors of reading are left out{where}")
         rows = rows[~wild]
         keep = np.zeros(along.size, dtype=bool)
