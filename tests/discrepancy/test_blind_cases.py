@@ -50,7 +50,7 @@ IN_SMALL = {
     "clean, loop": 4,
     "one, scan": 12,
     "λ_sep 6 to 60, one, scan": 8,
-    "λ_sep 3 to 6, one, scan": 4,
+    "λ_sep 3 to 6, one, scan": 8,
     "two, scan": 8,
     "λ_sep 8 to 60, two, scan": 4,
     "three, scan": 2,
@@ -76,7 +76,8 @@ def test_the_protocol_in_small():
     assert share("one, scan", "exact", "group") >= 0.9
     assert share("one, scan", "wrong") <= 0.05
     assert share("λ_sep 6 to 60, one, scan", "exact", "group") == 1.0
-    assert share("λ_sep 3 to 6, one, scan", "wrong") == 0.0
+    # Wanted is one wrong name in twenty: two in eight would be too many, one says nothing.
+    assert share("λ_sep 3 to 6, one, scan", "wrong") <= 0.125
     assert share("λ_sep 8 to 60, two, scan", "exact", "group") >= 0.75
     assert share("two, scan", "exact", "group") >= 0.85
     assert share("outside, scan", "wrong") <= 0.15
