@@ -57,7 +57,12 @@ def test_a_wear_of_the_other_flank_is_not_the_same_wear():
     files = [
         scanned(Hidden("flank_wear", {"amount_um": 3.0, "flank": 1, "disc": 1})),
         parse_measurement(
-            loop(Reducer(), [Hidden("flank_wear", {"amount_um": 3.0, "flank": 2, "disc": 1})], noise=Noise(0.004)),
+            loop(
+                Reducer(),
+                [Hidden("flank_wear", {"amount_um": 3.0, "flank": 2, "disc": 1})],
+                rows=80,
+                noise=Noise(0.004),
+            ),
             "loop.csv",
         ),
     ]
