@@ -14,7 +14,7 @@ from cycloid_profile.arrays import FloatArray
 from cycloid_profile.discrepancy.evidence import estimate, linear_evidence, search
 from cycloid_profile.discrepancy.exact import ExactModel, Optimum, State
 from cycloid_profile.discrepancy.library import Library
-from cycloid_profile.discrepancy.normal import Normal, Whitened, normal
+from cycloid_profile.discrepancy.normal import Normal, normal
 
 _FINALISTS = 4
 _SIMPLER = 2  # sets of each smaller number of members
@@ -168,25 +168,19 @@ def contributes(model: ExactModel, optimum: Optimum) -> bool:
         if equations.contribution(everyone, optimum.u, i) >= LEAST_CONTRIBUTION:
             continue
         changes_nothing = equations.contribution([i], optimum.u[2 * i : 2 * i + 2], 0) < LEAST_CONTRIBUTION
-        if not (changes_nothing and _missed(model, optimum, state, i)):
+        if not (changes_nothing and _missed(model, optimum, state, equations, i)):
             return False
     return True
 
 
-def _missed(model: ExactModel, optimum: Optimum, state: State, i: int) -> bool:
+def _missed(model: ExactModel, optimum: Optimum, state: State, equations: Normal, i: int) -> bool:
     """Whether some file fits worse without member ``i`` by more than the simulation may err by."""
     others = [m for j, m in enumerate(optimum.members) if j != i]
     without = model.state(others, np.delete(optimum.u, [2 * i, 2 * i + 1]))
     if without is None:
         return False
-    pairs = zip(without.blocks, state.blocks, strict=True)
-    return any(_explained(a.chi2 - b.chi2, b) >= LEAST_CONTRIBUTION for a, b in pairs)
-
-
-def _explained(fall: float, block: Whitened) -> float:
-    """Root mean square that a fall of chi² explains, over the accuracy of the simulation."""
-    recording = block.laid.recording
-    return float(np.sqrt(max(fall, 0.0) / max(block.z.size, 1))) * recording.noise.sigma / recording.accuracy
+    files = zip(without.blocks, state.blocks, equations.parts, strict=True)
+    return any(part.over_accuracy(a.chi2 - b.chi2) >= LEAST_CONTRIBUTION for a, b, part in files)
 
 
 def all_contribute(equations: Normal, members: list[int], u: FloatArray) -> bool:

@@ -115,6 +115,11 @@ class ExactModel:
         return twin
 
     @property
+    def only_loops(self) -> bool:
+        """Whether all there is are loops, each at one place of the output."""
+        return all(r.kind == "hysteresis" for r in self.recordings)
+
+    @property
     def nothing(self) -> State:
         """The reducer as it is."""
         if self._nothing is None:

@@ -78,8 +78,11 @@ class Part:
             cross = self.R[np.ix_(own, others)]
             R = R - cross @ np.linalg.pinv(self.R[np.ix_(others, others)], rcond=1e-9) @ cross.T
         own_u = u[2 * of : 2 * of + 2]
-        explained = max(float(own_u @ R @ own_u), 0.0)
-        return float(np.sqrt(explained / max(self.rows, 1))) * self.sigma / self.accuracy
+        return self.over_accuracy(float(own_u @ R @ own_u))
+
+    def over_accuracy(self, fall: float) -> float:
+        """Root mean square that a fall of chi² explains, over the accuracy of the simulation."""
+        return float(np.sqrt(max(fall, 0.0) / max(self.rows, 1))) * self.sigma / self.accuracy
 
 
 @dataclass(frozen=True, eq=False)

@@ -106,9 +106,8 @@ def _group(found: Named, about: Normal, member: int, tell: Callable[[str], None]
         alike = len(rescored.members) == len(best.members) and len(rest) == 1 and rest[0].name != mine.name
         if alike and not rescored.implausible and _fit_of(rescored) >= _fit_of(best) - DISTINGUISHED:
             group.setdefault(rest[0].name, rest[0])
-    loops = all(r.kind == "hysteresis" for r in found.model.recordings)
     names, at_places, reach = _RESCORED_SWAPS, 1, DISTINGUISHED
-    if loops:
+    if found.model.only_loops:
         names, at_places, reach = _RESCORED_OF_LOOPS, _PLACES_OF_LOOPS, _REACH_OF_LOOPS
     tried: Counter[str] = Counter()
     for i, less in swaps(found, member, reach):

@@ -35,12 +35,12 @@ def leading_singles(
     tell: Callable[[str], None],
     thorough: bool = False,
 ) -> list[Optimum]:
-    """Single effects of the leading names, fitted on a model of few rows, best first; all that were tried.
+    """Single effects of the leading names, fitted on a model of few rows, best first.
 
     ``equations`` of all rows, whose best set gains ``gain`` in chi². Of loops alone, or if ``thorough``, each disc,
     crank and flank counts as a name of its own.
     """
-    apart = thorough or all(r.kind == "hysteresis" for r in coarse.recordings)
+    apart = thorough or coarse.only_loops
     singles: dict[tuple[object, ...], Start] = {}
     for scored in search(equations, library.priors, 1):
         candidate = library.candidates[scored.members[0]]
