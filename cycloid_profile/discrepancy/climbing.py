@@ -6,22 +6,27 @@ model until the best set stays the best.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from itertools import islice
 
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray
-from cycloid_profile.discrepancy.evidence import estimate, linear_evidence, search
-from cycloid_profile.discrepancy.exact import ExactModel, Optimum, State
+from cycloid_profile.discrepancy.evidence import Scored, estimate, linear_evidence, search
+from cycloid_profile.discrepancy.exact import Attempt, ExactModel, Optimum, State
 from cycloid_profile.discrepancy.library import Library
 from cycloid_profile.discrepancy.normal import Normal, normal
 
 _FINALISTS = 4
-_SIMPLER = 2  # sets of each smaller number of members
+_SIMPLER = 2  # sets of each smaller number of members, and of two more
+_AS_MANY, _ONE_MORE = 4, 8  # sets of as many members and of one more, that few rows are asked about
+_LOOKED_AT = 400
 _LINEAR_ERROR = 0.01  # of the evidence
 _FEW_VARIANTS = 12
 _SWAPPED = 2  # rivals for each member
 _MORE_THAN_NOISE = 3.0  # standard deviations of chi², that of the noise counted
+_HOPELESS_ON_FEW = 50.0  # of chi²
+_SIEVE_STEPS = 3
 _CLOSE = 8.0
 _BETTER = 0.05
 LEAST_CONTRIBUTION = 1.0  # times the accuracy of the simulation
@@ -34,7 +39,8 @@ class Climb:
     """A climb on one ``model``. ``found`` holds the sets rescored so far by their numbers in the library, and grows.
 
     At most ``rescorings`` sets are rescored: a search that leaves something must come to an end. ``thorough``: the
-    neighbours of each best set are tried whether chi² is too large or not.
+    neighbours of each best set are tried whether chi² is too large or not. ``sieve``, the same model of fewer rows:
+    what is hopeless on it need not be rescored, and the worst take longest.
     """
 
     def __init__(
@@ -45,8 +51,10 @@ class Climb:
         tell: Callable[[str], None],
         found: Found | None = None,
         thorough: bool = False,
+        sieve: ExactModel | None = None,
     ) -> None:
         self.model, self.library, self.tell = model, library, tell
+        self._sieve = sieve
         self.found: Found = {} if found is None else found
         self._rescorings_left = rescorings
         self._thorough = thorough
@@ -66,16 +74,8 @@ class Climb:
             proposals = search(equations, self.library.priors, keep=places)
             if not proposals:
                 break
-            # What linear evidence may be wrong by grows with it.
-            short = self._thorough or leaves_something(best)
-            reach = max(_CLOSE, _LINEAR_ERROR * proposals[0].log_evidence) if short else _CLOSE
-            close = [s.members for s in proposals[:400] if s.log_evidence > proposals[0].log_evidence - reach]
-            finalists = self._new(equations, self._unlike_names(close))[:_FINALISTS]
-            for size in range(1, len(places)):
-                # One effect of another place may do what two were called for, and linear evidence not see it.
-                fewer = [s.members for s in proposals if len(s.members) == size]
-                finalists += self._new(equations, fewer[: 4 * _SIMPLER])[:_SIMPLER]
-            challenger = self._rescored(finalists, best)
+            short = self._thorough or leaves_something(self.model, best)
+            challenger = self._rescored(self._proposed(equations, proposals, len(places), short), best)
             if short and not challenger.log_evidence > best.log_evidence + _BETTER:
                 challenger = self._rescored(self._new(equations, self._neighbours(equations, places)), best)
             if not challenger.log_evidence > best.log_evidence + _BETTER:
@@ -85,34 +85,68 @@ class Climb:
 
     def _rescored(self, starts: Sequence[Start], best: Optimum) -> Optimum:
         """The best of sets fitted on the exact model, and of what was the best before."""
-        for members, u in starts:
-            key = tuple(sorted(members))
-            if key not in self.found:
-                if self._rescorings_left <= 0:
-                    break
-                self._rescorings_left -= 1
-                beat = best.chi2 + float(best.u @ best.u) if best.members else np.inf
-                candidates = [self.library.candidates[i] for i in members]
-                optimum = self.model.optimum(candidates, u, self.library.prior, beat=beat)
-                if optimum is None or optimum.implausible:
-                    continue
-                self.found[key] = optimum
-            if self.found[key].log_evidence > best.log_evidence:
-                best = self.found[key]
-        return best
+        asked = {tuple(sorted(members)): (members, u) for members, u in reversed(starts)}
+        fresh = [start for key, start in reversed(asked.items()) if key not in self.found]
+        if self._sieve is not None and best.members:
+            fresh = self._sieved(self._sieve, fresh, best)
+        fresh = fresh[: self._rescorings_left]
+        self._rescorings_left -= len(fresh)
+        beat = best.chi2 + float(best.u @ best.u) if best.members else np.inf
+        attempts = [Attempt(self.library.members(members), u, beat=beat) for members, u in fresh]
+        for (members, _), optimum in zip(fresh, self.model.optima(attempts, self.library.prior), strict=True):
+            if optimum is not None and not optimum.implausible:
+                self.found[tuple(sorted(members))] = optimum
+        rescored = (self.found[key] for key in asked if key in self.found)
+        return max([best, *rescored], key=lambda o: o.log_evidence)
 
-    def _new(self, equations: Normal, sets: Sequence[tuple[int, ...]]) -> list[Start]:
-        """Where to begin with sets that were not rescored yet, all members contributing."""
-        new = [members for members in sets if members and tuple(sorted(members)) not in self.found]
-        starts = [(list(members), estimate(equations, members)[0]) for members in new]
-        return [start for start in starts if all_contribute(equations, *start)]
+    def _sieved(self, few: ExactModel, starts: Sequence[Start], best: Optimum) -> list[Start]:
+        """Those that do best on few rows beside the best set, and where they do."""
+        mine = few.optimum(Attempt(best.members, best.u, steps=2), 0.0)
+        if mine is None:
+            return list(starts)
+        beat = mine.chi2 + float(mine.u @ mine.u)
+        attempts = [Attempt(self.library.members(members), u, _SIEVE_STEPS, beat) for members, u in starts]
+        optima = zip(starts, few.optima(attempts, self.library.prior), strict=True)
+        found = [
+            (optimum.log_evidence, (members, optimum.u))
+            for (members, _), optimum in optima
+            if optimum is not None and optimum.chi2 + float(optimum.u @ optimum.u) < beat + _HOPELESS_ON_FEW
+        ]
+        return [start for _, start in sorted(found, key=lambda f: -f[0])[:_FINALISTS]]
 
-    def _unlike_names(self, sets: Sequence[tuple[int, ...]]) -> list[tuple[int, ...]]:
-        """The first of the sets of each combination of names."""
-        first: dict[tuple[str, ...], tuple[int, ...]] = {}
+    def _new(self, equations: Normal, sets: Iterable[tuple[int, ...]], most: int | None = None) -> list[Start]:
+        """Where to begin with the first sets that were not rescored yet, all members contributing."""
+        new = (members for members in sets if members and tuple(sorted(members)) not in self.found)
+        starts = ((list(members), estimate(equations, members)[0]) for members in new)
+        return list(islice((start for start in starts if all_contribute(equations, *start)), most))
+
+    def _unlike(self, sets: Sequence[tuple[int, ...]], discs: bool = False) -> list[tuple[int, ...]]:
+        """The first of the sets of each combination of names, or of names with their ``discs``."""
+        first: dict[tuple[tuple[str, str], ...], tuple[int, ...]] = {}
         for members in sets:
-            first.setdefault(tuple(sorted(self.library.candidates[i].name for i in members)), members)
+            some = [self.library.candidates[i] for i in members]
+            kind = sorted((c.name, str(c.choice.get("disc")) if discs else "") for c in some)
+            first.setdefault(tuple(kind), members)
         return list(first.values())
+
+    def _proposed(self, equations: Normal, proposals: Sequence[Scored], members: int, short: bool) -> list[Start]:
+        """Sets worth to be rescored about a best set of so many ``members``."""
+        reach = _CLOSE
+        if short:
+            # What linear evidence may be wrong by grows with it.
+            reach = max(reach, _LINEAR_ERROR * proposals[0].log_evidence)
+        close = [s.members for s in proposals[:_LOOKED_AT] if s.log_evidence > proposals[0].log_evidence - reach]
+        wanted = self._new(equations, self._unlike(close), _FINALISTS)
+        if short and self._sieve is not None:
+            # It explains its own error with one effect more: the best of each number, many of one more than there are.
+            for size, most in ((members, _AS_MANY), (members + 1, _ONE_MORE), (members + 2, _SIMPLER)):
+                own = [s.members for s in proposals if len(s.members) == size][:_LOOKED_AT]
+                wanted += self._new(equations, self._unlike(own, discs=True), most)
+        for size in range(1, members):
+            # One effect of another place may do what two were called for, and linear evidence not see it.
+            fewer = [s.members for s in proposals if len(s.members) == size]
+            wanted += self._new(equations, fewer[: 4 * _SIMPLER], _SIMPLER)
+        return wanted
 
     def _neighbours(self, equations: Normal, places: list[int]) -> list[tuple[int, ...]]:
         """Sets with one member less, and with one member swapped for the candidates that fit best in its place."""
@@ -150,9 +184,10 @@ def about(model: ExactModel, library: Library, optimum: Optimum) -> Normal:
     return equations.about(library.places(optimum.members), optimum.u)
 
 
-def leaves_something(optimum: Optimum) -> bool:
-    """Whether chi² says that more than noise is left."""
-    return optimum.chi2 - optimum.rows > _MORE_THAN_NOISE * float(np.sqrt(8.0 * optimum.rows))
+def leaves_something(model: ExactModel, optimum: Optimum, deviations: float = _MORE_THAN_NOISE) -> bool:
+    """Whether the chi² of some file says that more than noise is left, by so many of its standard deviations."""
+    blocks = model.at(optimum).blocks
+    return any(block.chi2 - block.z.size > deviations * float(np.sqrt(8.0 * block.z.size)) for block in blocks)
 
 
 def contributes(model: ExactModel, optimum: Optimum) -> bool:

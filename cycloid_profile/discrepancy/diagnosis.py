@@ -11,7 +11,7 @@ import numpy as np
 from cycloid_profile.discrepancy.candidates import Candidate, candidates
 from cycloid_profile.discrepancy.detectable import smallest_detectable
 from cycloid_profile.discrepancy.detection import Detection, Finding, detect
-from cycloid_profile.discrepancy.exact import ExactModel, Optimum, State
+from cycloid_profile.discrepancy.exact import Attempt, ExactModel, Optimum, State
 from cycloid_profile.discrepancy.laid import Laid, settled
 from cycloid_profile.discrepancy.lobes import counted_alike
 from cycloid_profile.discrepancy.naming import Named, named
@@ -21,7 +21,7 @@ from cycloid_profile.discrepancy.outcome import Diagnosis, FileGap, NamedEffect
 from cycloid_profile.discrepancy.probes import Probes
 from cycloid_profile.discrepancy.recording import Recording, hold_all_out, hold_nothing_out, record
 from cycloid_profile.discrepancy.repeats import with_noise_of_repeats
-from cycloid_profile.discrepancy.rivals import named_effects, turned_round
+from cycloid_profile.discrepancy.rivals import elsewhere_told, named_effects, turned_round
 from cycloid_profile.discrepancy.screening import screen
 from cycloid_profile.effects.built import Built
 from cycloid_profile.measurement.files import Measurement, scanned_disc
@@ -95,7 +95,7 @@ def diagnose(
     stands = worst is None or (explained > _EXPLAINED and not _spoils(everything, final))
     if best.members and best.log_evidence >= _LEAST_EVIDENCE and stands:
         effects = named_effects(found, everything, final, tell)
-        notes += turned_round(everything, final)
+        notes += [*elsewhere_told(effects), *turned_round(everything, final)]
     else:
         worst = _most_striking(detection)
     corrected = _with(built, effects)
@@ -149,7 +149,7 @@ def _account(found: Named, looked: _Looked, library: Sequence[Candidate], tell: 
         looked = _Looked(found.model, *_looked_at(found.model, library))
     tell("checking what is left")
     everything, best = looked.everything, found.best
-    final = everything.optimum(best.members, best.u, found.library.prior, steps=3) or best
+    final = everything.optimum(Attempt(best.members, best.u, steps=3), found.library.prior(best.members)) or best
     left = _left(everything.at(final), final.members)
     return _Account(found, looked, final, left, _worst_left(left, everything.nothing))
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections import OrderedDict
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -18,6 +18,7 @@ from cycloid_profile.discrepancy.normal import Whitened, normal
 from cycloid_profile.discrepancy.probes import Probes
 from cycloid_profile.discrepancy.recording import Recording
 from cycloid_profile.effects.built import Built
+from cycloid_profile.effects.effect import Place
 from cycloid_profile.errors import CycloidError
 from cycloid_profile.rig.prediction import CurvePrediction
 
@@ -70,17 +71,45 @@ class Optimum:
 
     def coordinates(self, i: int) -> FloatArray:
         """Coordinates of member ``i`` in its own unit."""
-        return self.u[2 * i : 2 * i + 2] * self.members[i].width
+        return self.u[self._own(i)] * self.members[i].width
 
     def covariance_of(self, i: int) -> FloatArray:
         """Their covariance."""
-        return self.covariance[2 * i : 2 * i + 2, 2 * i : 2 * i + 2] * self.members[i].width ** 2
+        return self.covariance[self._own(i), self._own(i)] * self.members[i].width ** 2
+
+    def _own(self, i: int) -> slice:
+        i %= len(self.members)
+        return slice(2 * i, 2 * i + 2)
+
+    def turned_round(self) -> Iterator[tuple[Candidate, Optimum]]:
+        """Each member that all discs see, with itself half a turn on: discs half a turn apart see nearly the same."""
+        for i, member in enumerate(self.members):
+            alike = member.kind.place is Place.RING or member.choice.get("disc", 0) is None
+            if alike and member.angle is not None and member.waves == 1:
+                u = self.u.copy()
+                u[2 * i : 2 * i + 2] *= -1.0
+                yield member, replace(self, u=u)
 
     @property
     def implausible(self) -> bool:
         """Whether a size is one that no workshop makes."""
         sizes = np.hypot(self.u[0::2], self.u[1::2])
         return any(size * c.width > c.implausible for size, c in zip(sizes, self.members, strict=True))
+
+
+@dataclass(frozen=True, eq=False)
+class Attempt:
+    """A set of ``members`` to be fitted from ``start``, shape (2·members,), in at most so many ``steps``.
+
+    Up to ``farthest`` widths; given up after a step or two where not even what the linear model promises comes near
+    ``beat``, the chi² with priors of a better set.
+    """
+
+    members: tuple[Candidate, ...]
+    start: FloatArray
+    steps: int = _STEPS
+    beat: float = math.inf
+    farthest: float = _FARTHEST
 
 
 def _bounded(step: FloatArray) -> FloatArray:
@@ -103,16 +132,23 @@ class ExactModel:
         self.probes = Probes(built) if probes is None else probes
         self._recent: OrderedDict[bytes, tuple[tuple[Candidate, ...], tuple[Laid, ...]]] = OrderedDict()
         self._latest: list[CurvePrediction] | None = None
-        self._nothing: State | None = None
-        if laid is not None:
-            self._nothing = self._under(built, laid)
-            self._latest = [one.first_order.prediction for one in laid if one.recording.kind != "profile_scan"]
+        self._nothing = None if laid is None else self._under(built, laid)
+
+    def with_recordings(self, recordings: Sequence[Recording], laid: Sequence[Laid] | None = None) -> ExactModel:
+        """The same reducer beside other recordings."""
+        return ExactModel(self.built, recordings, self.probes, laid)
 
     def with_rows(self, recordings: Sequence[Recording]) -> ExactModel:
         """The same with other rows held out; what lies already is not laid anew."""
-        twin = ExactModel(self.built, recordings, self.probes, self.nothing.laid)
+        twin = self.with_recordings(recordings, self.nothing.laid)
         twin._recent = self._recent
         return twin
+
+    def optima(
+        self, attempts: Sequence[Attempt], prior: Callable[[Sequence[Candidate]], float]
+    ) -> list[Optimum | None]:
+        """The best sizes of each attempt, None without a way to begin."""
+        return [self.optimum(one, prior(one.members)) for one in attempts]
 
     @property
     def only_loops(self) -> bool:
@@ -164,24 +200,18 @@ class ExactModel:
         assert state is not None
         return state
 
-    def optimum(
-        self,
-        members: Sequence[Candidate],
-        start: FloatArray,
-        prior: Callable[[Sequence[Candidate]], float],
-        steps: int = _STEPS,
-        beat: float = math.inf,
-        farthest: float = _FARTHEST,
-    ) -> Optimum | None:
-        """Best sizes from ``start``, shape (2·members,), up to ``farthest`` widths; None without a way to begin.
+    def optimum(self, attempt: Attempt, prior: float) -> Optimum | None:
+        """Best sizes of one set whose log ``prior`` is given; None without a way to begin.
 
-        None too where, after a step or two, not even what the linear model promises comes near ``beat``, the chi² with
-        priors of a better set.
+        None too where the attempt was given up.
         """
-        members, u = tuple(members), np.array(start, dtype=np.float64)
+        members, u = attempt.members, np.array(attempt.start, dtype=np.float64)
+        steps, beat, farthest = attempt.steps, attempt.beat, attempt.farthest
         for i, candidate in enumerate(members):
             if candidate.one_sided:
                 u[2 * i] = max(u[2 * i], 1e-3)
+        # Each begins at the same place, whatever was fitted before.
+        self._latest = self._predicted(self.nothing.laid)
         now = self.state(members, u, farthest)
         if now is None:
             return None
@@ -210,8 +240,19 @@ class ExactModel:
         rows = sum(block.z.size for block in now.blocks)
         fall = self.nothing.chi2 - now.chi2
         covariance = np.asarray(np.linalg.inv(np.eye(u.size) + R), dtype=np.float64)
-        value = log_evidence_at(fall, u, covariance, prior(members), members)
+        value = log_evidence_at(fall, u, covariance, prior, members)
         return Optimum(members, u, covariance, R, now.chi2, rows, value, settled)
+
+    def with_noise_left(self, optimum: Optimum) -> Optimum:
+        """The same with the covariance that the noise left in each file makes: what few rows told of the noise before
+        anything was explained scatters.
+        """
+        if not optimum.members:
+            return optimum
+        blocks = self.at(optimum).blocks
+        parts = normal(blocks, optimum.members).parts
+        R = sum(part.R * (block.z.size / block.chi2) for part, block in zip(parts, blocks, strict=True))
+        return replace(optimum, covariance=np.asarray(np.linalg.inv(np.eye(optimum.u.size) + R), dtype=np.float64))
 
     def _shorter(
         self, members: tuple[Candidate, ...], u: FloatArray, step: FloatArray, now: State, farthest: float
@@ -233,10 +274,13 @@ class ExactModel:
     def _lay(self, built: Built) -> tuple[Laid, ...]:
         curves = [r for r in self.recordings if r.kind != "profile_scan"]
         # The last reducer was much like this one: where it rested is a good place to begin.
-        found = laid_curves(curves, built, self._latest)
-        self._latest = found
-        predicted = dict(zip(map(id, curves), found, strict=True))
+        self._latest = laid_curves(curves, built, self._latest)
+        predicted = dict(zip(map(id, curves), self._latest, strict=True))
         return tuple(Laid(r, built, self.probes, predicted.get(id(r))) for r in self.recordings)
+
+    @staticmethod
+    def _predicted(laid: Sequence[Laid]) -> list[CurvePrediction]:
+        return [one.first_order.prediction for one in laid if one.recording.kind != "profile_scan"]
 
     def _under(self, built: Built, laid: Sequence[Laid]) -> State:
         return State(built, tuple(one.under(r) for one, r in zip(laid, self.recordings, strict=True)))

@@ -31,6 +31,10 @@ class Library:
         """Numbers of some of the candidates."""
         return [self._numbers[id(member)] for member in members]
 
+    def members(self, places: Sequence[int]) -> tuple[Candidate, ...]:
+        """The candidates of some numbers."""
+        return tuple(self.candidates[i] for i in places)
+
     def prior(self, members: Sequence[Candidate]) -> float:
         """Sum of the log priors."""
         return float(sum(self.priors[self.places(members)]))

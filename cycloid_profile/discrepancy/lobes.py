@@ -53,7 +53,7 @@ def recounted(model: ExactModel, near: ExactModel, library: Library, best: Optim
         return model
     changed = [_counted(one, n, model.probes) for one, n in zip(laid, counts, strict=True)]
     recordings = [replace(one.recording, held_out=r.held_out) for one, r in zip(changed, model.recordings, strict=True)]
-    return ExactModel(model.built, recordings, model.probes, changed)
+    return model.with_recordings(recordings, changed)
 
 
 def _countable(built: Built, laid: Sequence[Laid]) -> bool:

@@ -12,11 +12,11 @@ from cycloid_profile.discrepancy.candidates import Candidate, chatter
 from cycloid_profile.discrepancy.chatter_waves import chatter_peaks
 from cycloid_profile.discrepancy.climbing import Climb, Start, about, contributes, leaves_something, nothing
 from cycloid_profile.discrepancy.evidence import estimate, search
-from cycloid_profile.discrepancy.exact import ExactModel, Optimum, State
+from cycloid_profile.discrepancy.exact import Attempt, ExactModel, Optimum, State
 from cycloid_profile.discrepancy.library import Library
 from cycloid_profile.discrepancy.lobes import recounted
 from cycloid_profile.discrepancy.normal import Normal, normal
-from cycloid_profile.discrepancy.starting import leading_singles
+from cycloid_profile.discrepancy.starting import leading_pairs, leading_singles
 from cycloid_profile.discrepancy.thinning import thinned
 
 # Sets that are rescored at most by one climb, on few rows and on all.
@@ -29,7 +29,9 @@ _FEW_ROWS = 360
 _GAIN_KEPT = 500.0  # of chi², on the few rows that name an effect
 _WEAK = 60.0  # below this gain everything is linear
 _RECOUNTS = 2
-_SINGLES = 2  # single effects that a climb starts from
+_SINGLES, _PAIRS = 3, 6  # that a climb starts from
+_HARDLY_MORE = 1.0  # standard deviations of chi²
+_KEPT, _LOOKED_AT, _AS_GOOD = 3, 10, 30.0  # sets of few rows that are rescored on all, how much less likely they may be
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,17 +64,16 @@ def named(
     library = Library((*candidates, *_chatter(model.nothing, ())), waves)
     model, climb, starts = _coarse(model, library, tell, thorough)
     if climb.model is not model:
-        climb = Climb(model, library, _RESCORINGS_FULL, tell, thorough=thorough)
-    best = nothing(model)
-    for _ in range(_RECOUNTS):
+        climb = Climb(model, library, _RESCORINGS_FULL, tell, thorough=thorough, sieve=_few(model))
+    for number in range(_RECOUNTS + 1):
         tell("rescoring on the exact model with all rows")
         climb.up(starts, _FINAL_ROUNDS)
         best = _first_that_contributes(climb)
-        counted = recounted(model, model, library, best) if best.members else model
-        if counted is model:
+        counted, u = _counted_anew(model, library, best)
+        if counted is model or number == _RECOUNTS:
             break
-        model, starts = counted, [(library.places(best.members), best.u)]
-        climb = Climb(model, library, _RESCORINGS_FULL, tell, thorough=thorough)
+        model, starts = counted, [(library.places(best.members), u)]
+        climb = Climb(model, library, _RESCORINGS_FULL, tell, thorough=thorough, sieve=_few(model))
     more = _chatter(model.at(best), best.members)
     if more and best.members:
         # Waves that stood below what larger effects made of the spectrum.
@@ -111,22 +112,66 @@ def _coarse(
         few = _few(model)
     thin = [thinned(r, _FEW_ROWS, _GAIN_KEPT / gain) for r in model.recordings]
     whole = all(a is b for a, b in zip(thin, model.recordings, strict=True))
-    coarse = model if whole else ExactModel(model.built, thin, model.probes)
+    coarse = model if whole else model.with_recordings(thin)
     same_rows = all(a is b for a, b in zip(few.recordings, coarse.recordings, strict=True))
     known = {tuple(library.places(o.members)): o for o in singles if o.settled and same_rows}
-    climb = Climb(coarse, library, _RESCORINGS, tell, known, thorough)
-    # From single effects one after the other, and from the best linear set only if they leave something.
-    for start in [*((library.places(o.members), o.u) for o in singles[:_SINGLES]), *linear]:
-        climb.up([start], _ROUNDS)
-        if climb.found and not leaves_something(climb.ranked[0]):
+    sieve = None if same_rows else few
+    climb = Climb(coarse, library, _RESCORINGS, tell, known, thorough, sieve)
+    # From single effects one after the other, and from the best linear set only if they leave something: one of two
+    # effects need not be the one that does best alone.
+    starts = [[(library.places(o.members), o.u)] for o in singles[:_SINGLES]] + [linear]
+    if thorough:
+        pairs = leading_pairs(few, library, singles, tell)[:_PAIRS]
+        starts = [[(library.places(o.members), o.u) for o in (*pairs, *singles[:1])]]
+    for some in starts:
+        # What is in the best set so far, a climb has begun with or come by.
+        new = [start for start in some if not climb.ranked or not set(start[0]) <= _places(climb, library)]
+        if new:
+            climb.up(new, _ROUNDS)
+        if climb.found and not leaves_something(coarse, climb.ranked[0], _HARDLY_MORE):
             break
-    return model, climb, [(library.places(o.members), o.u) for o in climb.ranked[:1]]
+    return model, climb, [(library.places(o.members), o.u) for o in _worth_all_rows(climb)]
+
+
+def _places(climb: Climb, library: Library) -> set[int]:
+    return set(library.places(climb.ranked[0].members))
+
+
+def _worth_all_rows(climb: Climb) -> list[Optimum]:
+    """The best set of few rows, and if it leaves something those nearly as good that are not the same and more."""
+    ranked = climb.ranked
+    if not ranked or not leaves_something(climb.model, ranked[0], _HARDLY_MORE):
+        return ranked[:1]
+    best = {id(member) for member in ranked[0].members}
+    others = [o for o in ranked[1:_LOOKED_AT] if o.log_evidence > ranked[0].log_evidence - _AS_GOOD]
+    return [ranked[0], *(o for o in others if not best <= {id(member) for member in o.members})][:_KEPT]
+
+
+def _counted_anew(model: ExactModel, library: Library, best: Optimum) -> tuple[ExactModel, FloatArray]:
+    """The model with its lobes counted as the best set has them, or as it has them half a turn on if that fits better,
+    and where to begin on it; the same model where the count stays.
+    """
+    if not best.members:
+        return model, best.u
+    counted = recounted(model, model, library, best)
+    if counted is not model:
+        return counted, best.u
+    for _, other in best.turned_round():
+        if model.state(other.members, other.u) is None:
+            continue
+        counted = recounted(model, model, library, other)
+        if counted is not model:
+            beat = best.chi2 + float(best.u @ best.u)
+            found = counted.optimum(Attempt(other.members, other.u, beat=beat), library.prior(other.members))
+            if found is not None and found.log_evidence > best.log_evidence:
+                return counted, found.u
+    return model, best.u
 
 
 def _few(model: ExactModel) -> ExactModel:
     curves = sum(r.kind != "profile_scan" for r in model.recordings)
     rows = _COARSE_ROWS // max(curves, 1)
-    return ExactModel(model.built, [thinned(r, rows) for r in model.recordings], model.probes)
+    return model.with_recordings([thinned(r, rows) for r in model.recordings])
 
 
 def _chatter(state: State, members: Sequence[Candidate]) -> list[Candidate]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.discrepancy.candidates import Candidate
-from cycloid_profile.discrepancy.exact import ExactModel
+from cycloid_profile.discrepancy.exact import Attempt, ExactModel
 from cycloid_profile.discrepancy.normal import Normal, coordinates
 
 _TOLD = 3
@@ -55,7 +55,7 @@ def nearest(model: ExactModel, equations: Normal) -> tuple[Near, ...]:
     told = []
     for place, (share, candidate, u) in enumerate(ranked):
         if place == 0 and _too_large(candidate, u) and not _negative(candidate, u):
-            optimum = model.optimum([candidate], u, lambda _: 0.0, steps=_STEPS, farthest=_FARTHEST)
+            optimum = model.optimum(Attempt((candidate,), u, steps=_STEPS, farthest=_FARTHEST), 0.0)
             if optimum is not None and model.nothing.chi2 - optimum.chi2 > share * gap:
                 u, share = optimum.u, min((model.nothing.chi2 - optimum.chi2) / gap, 1.0)
         told.append(_told(candidate, u, share))

@@ -16,19 +16,12 @@ from cycloid_profile.effects.effect import Effect
 
 
 @dataclass(frozen=True, eq=False)
-class NamedEffect:
-    """An effect that was found: the ``candidate`` with its ``coordinates`` and their covariance.
-
-    ``group``, names that the data cannot tell from it, itself first; ``separate_by`` the measurement that would;
-    ``evidence`` ln of how much less likely the data are without it.
-    """
+class Sized:
+    """A ``candidate`` with its ``coordinates`` and their covariance."""
 
     candidate: Candidate
     coordinates: FloatArray
     covariance: FloatArray
-    group: tuple[str, ...]
-    separate_by: str | None
-    evidence: float
 
     @property
     def effect(self) -> Effect:
@@ -46,6 +39,21 @@ class NamedEffect:
     def uncertainty(self) -> dict[str, float]:
         """Standard deviation of size and angle."""
         return self.candidate.uncertainty(self.coordinates, self.covariance)
+
+
+@dataclass(frozen=True, eq=False)
+class NamedEffect(Sized):
+    """An effect that was found.
+
+    ``group``, names that the data cannot tell from it, itself first; ``separate_by`` the measurement that would;
+    ``evidence`` ln of how much less likely the data are without it; ``elsewhere``, the same effect at other places that
+    the data cannot tell from its own.
+    """
+
+    group: tuple[str, ...]
+    separate_by: str | None
+    evidence: float
+    elsewhere: tuple[Sized, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

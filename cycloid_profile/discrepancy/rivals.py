@@ -11,20 +11,21 @@ import numpy as np
 from cycloid_profile.discrepancy.alias import always_alike, cosine
 from cycloid_profile.discrepancy.candidates import Candidate
 from cycloid_profile.discrepancy.evidence import ALIAS, estimate, linear_evidence
-from cycloid_profile.discrepancy.exact import ExactModel, Optimum
+from cycloid_profile.discrepancy.exact import Attempt, ExactModel, Optimum
 from cycloid_profile.discrepancy.naming import Named
 from cycloid_profile.discrepancy.normal import Normal, coordinates, normal
-from cycloid_profile.discrepancy.outcome import NamedEffect
+from cycloid_profile.discrepancy.outcome import NamedEffect, Sized
 from cycloid_profile.discrepancy.plan import separating_measurement
-from cycloid_profile.effects.effect import Place
 
 DISTINGUISHED = 4.5  # half chi²: three standard deviations between two explanations
 _RESCORED_SWAPS = 4  # names
-# At the one place of a loop few pins carry, and linear equations misjudge rivals that load other pins: more of them
-# are judged by the exact model, which costs little there.
+_RESCORED_PLACES = 6  # of the same name
+# Where few pins carry linear equations misjudge what loads other pins: more is judged by the exact model, which costs
+# little at the one place of a loop.
 _RESCORED_OF_LOOPS = 15
 _PLACES_OF_LOOPS = 3
-_REACH_OF_LOOPS = 40.0  # half chi²
+_REACH_OF_CURVES = 40.0  # half chi²
+_STEPS = 4
 
 
 def named_effects(
@@ -33,6 +34,7 @@ def named_effects(
     """Members of the best set with sizes from all rows, and what could stand in place of each."""
     tell("what could stand in their place")
     best, state = found.best, everything.at(final)
+    final = everything.with_noise_left(final)
     about = normal(state.blocks, found.library.candidates)
     told = []
     for i, member in enumerate(best.members):
@@ -49,23 +51,35 @@ def named_effects(
                 tuple(dict.fromkeys([member.name, *(c.name for c in group)])),
                 by,
                 best.log_evidence - _evidence_of(found, without),
+                _elsewhere(found, i, tell),
             )
         )
     return tuple(told)
 
 
-def turned_round(everything: ExactModel, final: Optimum) -> list[str]:
-    """Sentences about angles that might as well be half a turn more.
+def elsewhere_told(effects: Sequence[NamedEffect]) -> list[str]:
+    """Sentences about places that might as well be others."""
+    return [
+        f"{one.candidate.name} may as well be {_words(other)}: these files do not tell"
+        for one in effects
+        for other in one.elsewhere
+    ]
 
-    Two discs, half a turn apart, see the same of a ring that is off its axis to one side or to the other.
-    """
+
+def _words(place: Sized) -> str:
+    parts = [
+        f"of all {key}s" if value is None else f"of {key.replace('_', ' ')} {value:g}"
+        for key, value in place.candidate.choice.items()
+    ]
+    sizes = [f"{key} = {place.parameters[key]:.3g}" for key in place.uncertainty]
+    return f"{', '.join(parts)} with {', '.join(sizes)}"
+
+
+def turned_round(everything: ExactModel, final: Optimum) -> list[str]:
+    """Sentences about angles that might as well be half a turn more."""
     found = []
-    for i, member in enumerate(final.members):
-        if member.kind.place is not Place.RING or member.angle is None or member.waves != 1:
-            continue
-        u = final.u.copy()
-        u[2 * i : 2 * i + 2] *= -1.0
-        state = everything.state(final.members, u)
+    for member, other in final.turned_round():
+        state = everything.state(other.members, other.u)
         if state is not None and state.chi2 < final.chi2 + 2.0 * DISTINGUISHED:
             found.append(f"{member.angle} of {member.name} may as well be 180° more: these files do not tell")
     return found
@@ -108,30 +122,60 @@ def _group(found: Named, about: Normal, member: int, tell: Callable[[str], None]
             group.setdefault(rest[0].name, rest[0])
     names, at_places, reach = _RESCORED_SWAPS, 1, DISTINGUISHED
     if found.model.only_loops:
-        names, at_places, reach = _RESCORED_OF_LOOPS, _PLACES_OF_LOOPS, _REACH_OF_LOOPS
+        names, at_places, reach = _RESCORED_OF_LOOPS, _PLACES_OF_LOOPS, _REACH_OF_CURVES
+    judged: list[tuple[int, float]] = []
     tried: Counter[str] = Counter()
     for i, less in swaps(found, member, reach):
-        candidate = library.candidates[i]
-        if candidate.name in group or tried[candidate.name] >= at_places:
+        name = library.candidates[i].name
+        if name in group or tried[name] >= at_places:
             continue
-        if candidate.name in tried or len(tried) < names:
+        if name in tried or len(tried) < names:
             # The nearest rivals are judged by the exact model, the others by the linear one.
-            tried[candidate.name] += 1
-            tell(f"could it be {candidate.name}?")
-            members = [*others, candidate]
-            # One that the linear model thinks worse need not be followed to its end once it is hopeless.
-            beat = math.inf if less < DISTINGUISHED else -2.0 * _fit_of(best)
-            optimum = found.model.optimum(members, found.start(members), library.prior, steps=4, beat=beat)
-            worse = optimum is not None and _fit_of(optimum) < _fit_of(best) - DISTINGUISHED
-            if optimum is not None and optimum.settled and (worse or optimum.implausible):
-                continue
-            if less >= DISTINGUISHED and (optimum is None or worse or optimum.implausible):
-                continue
-        elif less >= DISTINGUISHED:
-            continue
-        # What was not fitted to the end is not told apart.
-        group[candidate.name] = candidate
+            tried[name] += 1
+            judged.append((i, less))
+        elif less < DISTINGUISHED:
+            group[name] = library.candidates[i]
+    if judged:
+        tell(f"could it be {', '.join(dict.fromkeys(library.candidates[i].name for i, _ in judged))}?")
+    for (i, less), optimum in zip(judged, _swapped(found, member, judged), strict=True):
+        if _stands(best, optimum, less):
+            group.setdefault(library.candidates[i].name, library.candidates[i])
     return list(group.values())
+
+
+def _elsewhere(found: Named, member: int, tell: Callable[[str], None]) -> tuple[Sized, ...]:
+    """The same effect on other discs, cranks, lobes or pins, where the files allow that."""
+    curves = any(r.kind != "profile_scan" for r in found.model.recordings)
+    near = swaps(found, member, _REACH_OF_CURVES if curves else DISTINGUISHED, elsewhere=True)[:_RESCORED_PLACES]
+    if near:
+        tell(f"could {found.best.members[member].name} be elsewhere?")
+    standing = [
+        optimum
+        for (_, less), optimum in zip(near, _swapped(found, member, near), strict=True)
+        if optimum is not None and _stands(found.best, optimum, less)
+    ]
+    return tuple(Sized(one.members[-1], one.coordinates(-1), one.covariance_of(-1)) for one in standing)
+
+
+def _swapped(found: Named, member: int, rivals: Sequence[tuple[int, float]]) -> list[Optimum | None]:
+    """The best set with a member replaced, each rival last, on the exact model."""
+    others = [m for j, m in enumerate(found.best.members) if j != member]
+    attempts = []
+    for i, less in rivals:
+        members = (*others, found.library.candidates[i])
+        # One that the linear model thinks worse need not be followed to its end once it is hopeless.
+        beat = math.inf if less < DISTINGUISHED else -2.0 * _fit_of(found.best)
+        attempts.append(Attempt(members, found.start(members), steps=_STEPS, beat=beat))
+    return found.model.optima(attempts, found.library.prior)
+
+
+def _stands(best: Optimum, rival: Optimum | None, less: float) -> bool:
+    """Whether a rival that linear equations think worse by ``less`` fits as well; what was not fitted to the end and
+    is no worse by them is not told apart.
+    """
+    if rival is None or rival.implausible or _fit_of(rival) < _fit_of(best) - DISTINGUISHED:
+        return less < DISTINGUISHED and not (rival is not None and rival.settled)
+    return True
 
 
 def _fit_of(optimum: Optimum) -> float:
@@ -139,11 +183,11 @@ def _fit_of(optimum: Optimum) -> float:
     return -0.5 * (optimum.chi2 + float(optimum.u @ optimum.u))
 
 
-def swaps(named: Named, member: int, reach: float = DISTINGUISHED) -> list[tuple[int, float]]:
+def swaps(named: Named, member: int, reach: float = DISTINGUISHED, elsewhere: bool = False) -> list[tuple[int, float]]:
     """Candidates that could stand in place of a member of the best set, with what they fit worse (half chi²).
 
-    Linear about the best set; those of the same name, implausible ones, and ones that fit worse by more than
-    ``reach`` are left out.
+    Of other names, or of its own at other places if ``elsewhere``. Linear about the best set; implausible ones, and
+    ones that fit worse by more than ``reach``, are left out.
     """
     library = named.library.candidates
     places = named.library.places(named.best.members)
@@ -152,7 +196,7 @@ def swaps(named: Named, member: int, reach: float = DISTINGUISHED) -> list[tuple
     base = _fit(named.equations, places)
     found = []
     for i, candidate in enumerate(library):
-        if i in places or candidate.name == library[mine].name:
+        if i in places or (candidate.name == library[mine].name) != elsewhere:
             continue
         members = [*others, i]
         less = base - _fit(named.equations, members)

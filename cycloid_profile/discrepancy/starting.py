@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import combinations
 
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray
-from cycloid_profile.discrepancy.climbing import Start
+from cycloid_profile.discrepancy.climbing import Start, about
 from cycloid_profile.discrepancy.evidence import estimate, search
-from cycloid_profile.discrepancy.exact import ExactModel, Optimum, State
+from cycloid_profile.discrepancy.exact import Attempt, ExactModel, Optimum, State
 from cycloid_profile.discrepancy.library import Library
 from cycloid_profile.discrepancy.normal import Normal, Whitened
 from cycloid_profile.effects.effect import Place
@@ -25,6 +26,8 @@ _SECOND_ORDER = 3
 _EITHER_WAY = 8
 _MANY = frozenset({"lobe", "first_lobe", "pin"})  # places too many to look at one by one
 _TRIED = 0.5  # of the width of a coordinate
+_SAME = 0.01  # of the width of a coordinate
+_PAIRED, _PAIR_STEPS = 16, 3
 
 
 def leading_singles(
@@ -54,16 +57,55 @@ def leading_singles(
         starts += _second_order(coarse, library, gain / max(equations.rows, 1))
     optima: list[tuple[list[int], Optimum]] = []
     # A look at all, then the leading ones to the end.
-    for steps, some in ((2, len(starts)), (4, _LEADING_AT_PLACES if apart else _LEADING)):
+    looks = [(2, len(starts))]
+    if not thorough:
+        looks.append((4, _LEADING_AT_PLACES if apart else _LEADING))
+    for steps, some in looks:
         tell(f"single effects on the exact model, {min(some, len(starts))} of {len(starts)}")
         optima = []
-        for members, u in starts[:some]:
-            optimum = coarse.optimum([library.candidates[i] for i in members], u, library.prior, steps=steps)
+        attempts = [Attempt(library.members(members), u, steps=steps) for members, u in starts[:some]]
+        for (members, _), optimum in zip(starts, coarse.optima(attempts, library.prior), strict=False):
             if optimum is not None and not optimum.implausible:
                 optima.append((members, optimum))
-        optima.sort(key=lambda o: -o[1].log_evidence)
+        optima = _unlike(sorted(optima, key=lambda o: -o[1].log_evidence))
         starts = [(members, optimum.u) for members, optimum in optima]
     return [optimum for _, optimum in optima if optimum.log_evidence > 0.0]
+
+
+def leading_pairs(
+    few: ExactModel, library: Library, singles: Sequence[Optimum], tell: Callable[[str], None]
+) -> list[Optimum]:
+    """Pairs of the leading ``singles`` of different names, fitted on a model of few rows, best first.
+
+    Two effects of like size need not lead with one of them; and what another place of one of them costs, linear
+    equations do not say.
+    """
+    if not singles:
+        return []
+    leading = list({library.places(one.members)[0]: one for one in reversed(singles)})[::-1][:_PAIRED]
+    pairs = [[i, j] for i, j in combinations(leading, 2) if library.candidates[i].name != library.candidates[j].name]
+    tell(f"pairs of effects on the exact model, {len(pairs)}")
+    equations = about(few, library, singles[0])
+    attempts = [
+        Attempt(library.members(pair), estimate(equations, pair)[0], steps=_PAIR_STEPS, beat=_fit(singles[0]))
+        for pair in pairs
+    ]
+    found = [one for one in few.optima(attempts, library.prior) if one is not None and not one.implausible]
+    return sorted(found, key=lambda one: -one.log_evidence)
+
+
+def _fit(optimum: Optimum) -> float:
+    return optimum.chi2 + float(optimum.u @ optimum.u)
+
+
+def _unlike(optima: Sequence[tuple[list[int], Optimum]]) -> list[tuple[list[int], Optimum]]:
+    """Without those that came to the same place from another start; best first."""
+    found: list[tuple[list[int], Optimum]] = []
+    for members, optimum in optima:
+        twins = [other for known, other in found if known == members]
+        if not any(float(np.max(np.abs(optimum.u - twin.u))) < _SAME for twin in twins):
+            found.append((members, optimum))
+    return found
 
 
 def _either_way(coarse: ExactModel, library: Library) -> list[Start]:

@@ -53,6 +53,10 @@ def effect_told(one: NamedEffect) -> dict[str, Any]:
         "parameters": rounded(one.parameters),
         "uncertainty": rounded(one.uncertainty),
         "group": list(one.group),
+        "elsewhere": [
+            {"parameters": rounded(other.parameters), "uncertainty": rounded(other.uncertainty)}
+            for other in one.elsewhere
+        ],
     }
 
 
@@ -63,6 +67,7 @@ def effect_tables(diagnosis: Diagnosis, files: Mapping[str, bytes]) -> list[dict
     tables = []
     for one in diagnosis.effects:
         alike = f"; not told from {', '.join(one.group[1:])}" if len(one.group) > 1 else ""
+        alike += "; its place is not told from others" if one.elsewhere else ""
         origin = f"diagnosed from {data}; p {chance(p_before)} before, {chance(p_after)} after{alike}"
         values = rounded(one.parameters)
         tables.append(

@@ -190,14 +190,21 @@ def _alias(name: str) -> str:
 
 
 def _errors(truth: Sequence[dict[str, Any]], effects: Iterable[Any]) -> list[float]:
-    """Error of every size over its uncertainty, where the named effect is of the very name and parts."""
+    """Error of every size over its uncertainty, where the named effect is of the very name; of places that are told as
+    not told apart, that of the true one.
+    """
     found = []
     for effect in effects:
         for one in truth:
             size = effect.candidate.size
             if one["name"] == effect.candidate.name and size in one:
-                found.append((effect.parameters[size] - one[size]) / effect.uncertainty[size])
+                told = next((p for p in (effect, *effect.elsewhere) if _at(p.candidate.choice, one)), effect)
+                found.append((told.parameters[size] - one[size]) / told.uncertainty[size])
     return found
+
+
+def _at(choice: Mapping[str, Any], one: Mapping[str, Any]) -> bool:
+    return all(one.get(key) == value for key, value in choice.items() if key != "waves_per_turn")
 
 
 @lru_cache(maxsize=4)

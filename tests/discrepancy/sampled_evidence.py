@@ -23,7 +23,7 @@ from cycloid_profile.design.ground import built_reducer
 from cycloid_profile.discrepancy.candidates import Candidate, candidates, chatter, places
 from cycloid_profile.discrepancy.climbing import about
 from cycloid_profile.discrepancy.evidence import CHANCE, estimate, search
-from cycloid_profile.discrepancy.exact import ExactModel, Optimum
+from cycloid_profile.discrepancy.exact import Attempt, ExactModel, Optimum
 from cycloid_profile.discrepancy.laid import Laid
 from cycloid_profile.discrepancy.library import Library
 from cycloid_profile.discrepancy.lobes import counted_alike
@@ -129,7 +129,7 @@ class Posed:
         return sum(math.log(CHANCE / (1.0 - CHANCE) / count[member.name]) for member in members)
 
     def _best(self, members: list[Candidate], starts: Iterable[FloatArray]) -> Optimum:
-        found = [self.model.optimum(members, start, self.library.prior) for start in starts]
+        found = [self.model.optimum(Attempt(tuple(members), start), self.library.prior(members)) for start in starts]
         return max((o for o in found if o is not None), key=lambda o: o.log_evidence)
 
     def _candidate(self, one: Hidden) -> Candidate:

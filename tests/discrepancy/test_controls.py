@@ -10,7 +10,7 @@ import pytest
 from cycloid_profile.design.ground import built_reducer
 from cycloid_profile.discrepancy.candidates import candidates
 from cycloid_profile.discrepancy.diagnosis import diagnose
-from cycloid_profile.discrepancy.exact import ExactModel
+from cycloid_profile.discrepancy.exact import Attempt, ExactModel
 from cycloid_profile.discrepancy.laid import Laid, settled
 from cycloid_profile.discrepancy.library import Library
 from cycloid_profile.discrepancy.recording import record
@@ -80,13 +80,13 @@ def test_a_wrong_name_does_not_fit_what_was_held_out(wrong):
     library = Library(candidates(built(), frozenset({0}), False), 2)
     best = []
     for candidate in [c for c in library.candidates if c.name == wrong][:8]:
-        optimum = model.optimum([candidate], np.array([0.1, 0.1]), library.prior)
+        optimum = model.optimum(Attempt((candidate,), np.array([0.1, 0.1])), library.prior([candidate]))
         if optimum is not None:
             best.append(held_out_over_noise(model.at(optimum).laid[0]))
     assert best
     assert min(best) > 1.1
     right = next(c for c in library.candidates if c.name == PITCH.name)
-    optimum = model.optimum([right], np.array([0.1, 0.1]), library.prior)
+    optimum = model.optimum(Attempt((right,), np.array([0.1, 0.1])), library.prior([right]))
     assert held_out_over_noise(model.at(optimum).laid[0]) < 1.1
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from cycloid_profile.design.ground import built_reducer
 from cycloid_profile.discrepancy.candidates import candidates
-from cycloid_profile.discrepancy.exact import ExactModel
+from cycloid_profile.discrepancy.exact import Attempt, ExactModel
 from cycloid_profile.discrepancy.laid import Laid
 from cycloid_profile.discrepancy.library import Library
 from cycloid_profile.discrepancy.lobes import _moved, counted_on, recounted
@@ -64,13 +64,13 @@ def test_a_scan_counted_from_half_a_turn_off_is_counted_right_beside_the_named_o
         name: ExactModel(built, some, probes, [Laid(r, built, probes) for r in some])
         for name, some in (("right", right), ("wrong", wrong))
     }
-    best = models["wrong"].optimum([oval], start, library.prior, steps=1)
+    best = models["wrong"].optimum(Attempt((oval,), start, steps=1), library.prior([oval]))
     counted = recounted(models["wrong"], models["wrong"], library, best)
     assert counted is not models["wrong"]
     first = right[0].placed.turn
     assert counted.recordings[0].placed.turn == pytest.approx(first, abs=1e-4)
     # Counted right it stays, and the same model comes back.
-    best = models["right"].optimum([oval], start, library.prior, steps=1)
+    best = models["right"].optimum(Attempt((oval,), start, steps=1), library.prior([oval]))
     assert recounted(models["right"], models["right"], library, best) is models["right"]
 
 
