@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from cycloid_profile.arrays import FloatArray
+from cycloid_profile.arrays import ComplexArray, FloatArray
 from cycloid_profile.discrepancy.chance import several
 from cycloid_profile.discrepancy.normal import Whitened
 
 LEAST_WAVES = 13
 _PEAK = 0.01  # chance that noise makes a peak of the spectrum
 _APART = 2.0  # waves between two peaks
+_TOGETHER = 64  # waves
 
 
 def chatter_spectrum(block: Whitened, z: FloatArray | None = None) -> tuple[FloatArray, FloatArray]:
@@ -43,19 +44,41 @@ def chatter_peaks(block: Whitened, z: FloatArray | None = None, most: int = 3) -
 
 def wave_power(block: Whitened, grid: FloatArray, z: FloatArray | None = None) -> FloatArray:
     """Fall of chi² by waves of evenly spaced numbers round the disc, shape of ``grid``."""
-    n = block.z.size
     z = block.projected(block.z) if z is None else z
-    power = np.empty(grid.size)
+    if block.laid.recording.noise.rho == 0.0:
+        return power_in_white_noise(block, grid, z)
+    return power_one_by_one(block, grid, z)
+
+
+def power_one_by_one(block: Whitened, grid: FloatArray, z: FloatArray) -> FloatArray:
+    """The same in noise of any colour: the readable reference."""
+    along, across = np.empty(grid.size, dtype=np.complex128), np.empty(grid.size, dtype=np.complex128)
+    length = np.empty(grid.size)
     step = block.laid.waves(float(grid[1] - grid[0]))
     wave = block.laid.waves(float(grid[0]))
     for k in range(grid.size):
         w = block.white(wave)
-        across = complex(np.sum(w * w))
-        length = float(np.sum(np.abs(w) ** 2))
-        # Sums of squares of cosine and sine, and of their product, from those of the complex wave.
-        cc, ss, cs = 0.5 * (length + across.real), 0.5 * (length - across.real), 0.5 * across.imag
-        along = complex(z @ w)
-        det = max(cc * ss - cs * cs, 1e-9 * n * n)
-        power[k] = (ss * along.real**2 - 2.0 * cs * along.real * along.imag + cc * along.imag**2) / det
+        along[k], across[k], length[k] = z @ w, np.sum(w * w), np.sum(np.abs(w) ** 2)
         wave = wave * step
+    return _power(along, across, length, z.size)
+
+
+def power_in_white_noise(block: Whitened, grid: FloatArray, z: FloatArray) -> FloatArray:
+    """The same where rows share no noise, ten times as fast: waves a block apart times waves within one."""
+    sigma = block.laid.recording.noise.sigma
+    first, step = float(grid[0]), float(grid[1] - grid[0])
+    within = np.stack([block.laid.waves(step * k)[block.chosen] for k in range(min(_TOGETHER, grid.size))], axis=1)
+    blocks = range(0, grid.size, within.shape[1])
+    apart = np.stack([block.laid.waves(first + step * k)[block.chosen] for k in blocks])
+    along = ((apart * z) @ within).ravel()[: grid.size] / sigma
+    across = ((apart * apart) @ (within * within)).ravel()[: grid.size] / sigma**2
+    return _power(along, across, np.full(grid.size, z.size / sigma**2), z.size)
+
+
+def _power(along: ComplexArray, across: ComplexArray, length: FloatArray, rows: int) -> FloatArray:
+    """Fall of chi² by cosine and sine together, from sums of z times a wave, of its square and of its square's size."""
+    # Sums of squares of cosine and sine, and of their product, from those of the complex wave.
+    cc, ss, cs = 0.5 * (length + across.real), 0.5 * (length - across.real), 0.5 * across.imag
+    det = np.maximum(cc * ss - cs * cs, 1e-9 * rows * rows)
+    power: FloatArray = (ss * along.real**2 - 2.0 * cs * along.real * along.imag + cc * along.imag**2) / det
     return power

@@ -1,0 +1,48 @@
+"""The spectrum of a scan: the fast way beside the readable one, and a wave that stands out of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cycloid_profile.design.ground import built_reducer
+from cycloid_profile.discrepancy.chatter_waves import (
+    chatter_peaks,
+    chatter_spectrum,
+    power_in_white_noise,
+    power_one_by_one,
+)
+from cycloid_profile.discrepancy.laid import Laid
+from cycloid_profile.discrepancy.normal import Whitened
+from cycloid_profile.discrepancy.recording import record
+from cycloid_profile.measurement.files import parse_measurement
+from cycloid_profile.spec.read import parse_spec
+from tests.discrepancy.blind import Hidden, Noise, Reducer, spec_text
+from tests.discrepancy.blind.scan import scan
+
+WAVE = Hidden("grinding_chatter", {"amplitude_um": 0.2, "waves_per_turn": 493.3, "phase_deg": 30.0})
+
+
+@pytest.fixture(scope="module")
+def block() -> Whitened:
+    built = built_reducer(parse_spec(spec_text(Reducer())))
+    text = scan(Reducer(), [WAVE], noise=Noise(0.3), seed=7)
+    recording = record(built, parse_measurement(text, "scan.csv"))
+    # Rows a long way from one another, too: some are held out.
+    return Whitened(Laid(replace(recording, noise=replace(recording.noise, rho=0.0)), built))
+
+
+@pytest.mark.parametrize(("first", "step", "count"), [(13.0, 0.5, 700), (492.3, 0.02, 51), (800.0, 0.5, 3)])
+def test_waves_a_block_at_a_time_are_those_one_by_one(block, first, step, count):
+    grid = first + step * np.arange(count)
+    z = block.projected(block.z)
+    slow, fast = power_one_by_one(block, grid, z), power_in_white_noise(block, grid, z)
+    assert fast == pytest.approx(slow, rel=1e-7, abs=1e-7)
+
+
+def test_a_wave_stands_out_of_the_spectrum(block):
+    grid, power = chatter_spectrum(block)
+    assert abs(grid[np.argmax(power)] - 493.3) < 0.5
+    assert chatter_peaks(block)[0] == pytest.approx(493.3, abs=0.1)
