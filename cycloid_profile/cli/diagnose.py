@@ -111,7 +111,7 @@ def _print(values: dict[str, object], verdict: str) -> None:
                 f"{key} = {value:.4g}" + (f" ± {one['uncertainty'][key]:.2g}" if key in one["uncertainty"] else "")
                 for key, value in one["parameters"].items()
             )
-            others = ", ".join(one["group"][1:]) or "–"
+            others = ", ".join([*one["group"][1:], *(["other places"] if one["elsewhere"] else [])]) or "–"
             rows.append((one["name"], sizes, others, one["separate_by"] or "–"))
         print_table("missing effects", ("effect", "parameters", "not told from", "told apart by"), rows)
         print()

@@ -10,7 +10,7 @@ from typing import Any
 from cycloid_profile.discrepancy.outcome import Diagnosis, FileGap, NamedEffect
 from cycloid_profile.effects.effect import parameters
 from cycloid_profile.effects.registry import EFFECTS
-from cycloid_profile.report.effect_in_words import PARTS, cure_of, in_words, meaning_of, which_part
+from cycloid_profile.report.effect_in_words import PARTS, cure_of, in_words, meaning_of, size_in_words, which_part
 from cycloid_profile.report.number_in_words import joined, minus, odds, with_uncertainty
 from cycloid_profile.report.page import inline_svg, template
 from cycloid_profile.report.place_in_words import place_in_words
@@ -61,6 +61,7 @@ def _effect(one: NamedEffect) -> dict[str, Any]:
         "negative": size < 0.0,
         "parameters": values,
         "others": [in_words(n) for n in one.group[1:]],
+        "elsewhere": [f"{which_part(other).strip(' ()')}, {size_in_words(other)}" for other in one.elsewhere],
         "separate_by": None if one.separate_by is None else in_words(one.separate_by),
         "odds": odds(one.evidence),
         "cures": [(in_words(n), cure_of(EFFECTS[n])) for n in one.group],

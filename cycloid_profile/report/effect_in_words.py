@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import re
 
-from cycloid_profile.discrepancy.outcome import NamedEffect
+from cycloid_profile.discrepancy.outcome import NamedEffect, Sized
 from cycloid_profile.effects.effect import Effect, parameters
 from cycloid_profile.report.number_in_words import with_uncertainty
 from cycloid_profile.units import sign_of
@@ -22,10 +22,11 @@ def effect_in_words(one: NamedEffect) -> str:
     """An effect with its size; of a group, that it is one of these."""
     if len(one.group) > 1:
         return f"one of these, which the files cannot tell apart: {', '.join(in_words(n) for n in one.group)}"
-    return f"{in_words(one.candidate.name)}{which_part(one)}, {_size(one)}"
+    place = which_part(one) + (" or elsewhere" if one.elsewhere else "")
+    return f"{in_words(one.candidate.name)}{place}, {size_in_words(one)}"
 
 
-def which_part(one: NamedEffect) -> str:
+def which_part(one: Sized) -> str:
     """Which disc, crank or lobe, in brackets; empty where there is one only."""
     told = []
     known = {p.name: p for p in parameters(one.candidate.kind)}
@@ -36,7 +37,8 @@ def which_part(one: NamedEffect) -> str:
     return f" ({', '.join(told)})" if told else ""
 
 
-def _size(one: NamedEffect) -> str:
+def size_in_words(one: Sized) -> str:
+    """Size with its uncertainty and unit."""
     name = one.candidate.size
     return with_uncertainty(one.parameters[name], one.uncertainty.get(name), sign_of(name))
 

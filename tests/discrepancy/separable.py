@@ -1,8 +1,9 @@
 """Sizes drawn so that a hidden effect is as far from the nearest other explanation as wanted.
 
-λ is the size of an effect over the standard deviation with which the files tell it, φ the angle between its pattern
-and the span of what no measurement knows, the other hidden effects and the nearest effect of another name:
-λ_sep = λ sin φ. Names parallel to 0.999 are aliases and no rivals.
+λ is the root of what an effect changes in the files, in squares of their noise, what no measurement knows taken off;
+φ the angle between its pattern and the span of that, the other hidden effects and the nearest effect of another name:
+λ_sep = λ sin φ. The angle is linear, λ is not: a disc that comes out of contact, or one crank of three, changes less
+than its slope says. Names parallel to 0.999 are aliases and no rivals.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ from tests.discrepancy.blind.cases import measured
 _LARGEST = 2.0  # widths, that is four workshop tolerances
 _LARGEST_UM = 5.0
 _SEEN = 1e-6
+_TRIES, _NEAR = 5, 0.05
 _TOO_CLOSE = math.sqrt(1.0 - ALIAS**2)
 
 
@@ -68,17 +70,33 @@ class Scaled:
     ) -> list[Hidden] | None:
         found = []
         for one, shown in zip(hidden, seen(hidden, self.files, settings), strict=True):
-            size = shown.size(float(np.exp(draw.uniform(*np.log([self.least, self.most])))))
+            sized = self._sized(one, shown, _model(self.files, settings), draw)
+            if sized is None:
+                return None
+            found.append(sized)
+        return found
+
+    def _sized(self, one: Hidden, shown: Seen, model: ExactModel, draw: np.random.Generator) -> Hidden | None:
+        """The effect in a size of the wanted λ_sep on the exact model; None where there is none."""
+        wanted = aim = float(np.exp(draw.uniform(*np.log([self.least, self.most]))))
+        for _ in range(_TRIES):
+            size = shown.size(aim)
             if not math.isfinite(size):
                 return None
             key = shown.candidate.size
-            found.append(Hidden(one.name, one.parameters | {key: math.copysign(size, one[key])}))
-        return found
+            sized = Hidden(one.name, one.parameters | {key: math.copysign(size, one[key])})
+            scale = shown.sine * _changed(model, shown.candidate, sized)
+            if not scale > 0.0:
+                return None
+            if abs(scale / wanted - 1.0) < _NEAR:
+                return sized
+            aim *= wanted / scale
+        return sized if self.least <= scale <= self.most else None
 
 
 def seen(hidden: Sequence[Hidden], files: Sequence[str], settings: Mapping[str, object]) -> list[Seen]:
     """How the files would show each of the hidden effects beside the others."""
-    model = _drawing(tuple(files), float(settings["output_angle_deg"]) if "loop" in files else 0.0)  # type: ignore[arg-type]
+    model = _model(files, settings)
     scanned = frozenset(r.disc for r in model.recordings if r.kind == "profile_scan")
     library = list(candidates(model.built, scanned, any(r.kind != "profile_scan" for r in model.recordings)))
     own = []
@@ -89,6 +107,22 @@ def seen(hidden: Sequence[Hidden], files: Sequence[str], settings: Mapping[str, 
         own.append(_place(library, one) if candidate is None else len(library) - 1)
     equations = normal(model.nothing.blocks, library)
     return [_seen(equations, one, i, [j for j in own if j != i]) for one, i in zip(hidden, own, strict=True)]
+
+
+def _changed(model: ExactModel, candidate: Candidate, one: Hidden) -> float:
+    """λ of a hidden effect on the exact model, 0 where the reducer cannot be."""
+    size, turn = one[candidate.size], 0.0
+    if candidate.angle is not None:
+        turn = candidate.waves * math.radians(one[candidate.angle])
+    x = np.array([1.0 / size, 0.0]) if candidate.inverse else size * np.array([math.cos(turn), math.sin(turn)])
+    state = model.state([candidate], x / candidate.width, farthest=math.inf)
+    if state is None:
+        return 0.0
+    blocks = zip(model.nothing.blocks, model.nothing.laid, state.laid, strict=True)
+    changes = (block.white(np.nan_to_num(after.residual - before.residual)) for block, before, after in blocks)
+    return math.sqrt(
+        sum(block.product(change, change) for block, change in zip(model.nothing.blocks, changes, strict=True))
+    )
 
 
 def _place(library: Sequence[Candidate], one: Hidden) -> int:
@@ -124,6 +158,10 @@ def _left(R: np.ndarray, own: Any, u: np.ndarray, others: list[int]) -> float:
     cross = u @ R[np.ix_(own, span)]
     inverse = np.linalg.pinv(R[np.ix_(span, span)], rcond=1e-9, hermitian=True)
     return max(float(u @ R[np.ix_(own, own)] @ u - cross @ inverse @ cross), 0.0)
+
+
+def _model(files: Sequence[str], settings: Mapping[str, object]) -> ExactModel:
+    return _drawing(tuple(files), float(settings["output_angle_deg"]) if "loop" in files else 0.0)  # type: ignore[arg-type]
 
 
 @lru_cache(maxsize=8)

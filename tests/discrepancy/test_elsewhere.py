@@ -15,6 +15,7 @@ from cycloid_profile.discrepancy.library import Library
 from cycloid_profile.discrepancy.recording import hold_nothing_out, record
 from cycloid_profile.discrepancy.told import effect_told
 from cycloid_profile.measurement.files import parse_measurement
+from cycloid_profile.report.effect_in_words import effect_in_words
 from cycloid_profile.spec.read import parse_spec
 from tests.discrepancy.blind import Hidden, Noise, Reducer, spec_text
 from tests.discrepancy.blind.scan import scan
@@ -38,6 +39,7 @@ def test_half_an_oval_on_both_discs_turns_the_output_like_a_whole_one_on_one():
     assert any("disc_oval may as well be of all discs with amplitude_um" in note for note in found.notes)
     (listed,) = [one for one in effect_told(oval)["elsewhere"] if "disc" not in one["parameters"]]
     assert listed["uncertainty"].keys() == {"amplitude_um", "phase_deg"}
+    assert "disc oval (disc 1) or elsewhere, 0.59" in effect_in_words(oval)
 
 
 def test_a_large_oval_of_one_disc_is_of_that_disc():
