@@ -27,6 +27,7 @@ _SWAPPED = 2  # rivals for each member
 _MORE_THAN_NOISE = 3.0  # standard deviations of chi², that of the noise counted
 _HOPELESS_ON_FEW = 50.0  # of chi²
 _SIEVE_STEPS = 3
+_STEPS, _STEPS_AFTER_SIEVE = 8, 4
 _CLOSE = 8.0
 _BETTER = 0.05
 LEAST_CONTRIBUTION = 1.0  # times the accuracy of the simulation
@@ -92,7 +93,9 @@ class Climb:
         fresh = fresh[: self._rescorings_left]
         self._rescorings_left -= len(fresh)
         beat = best.chi2 + float(best.u @ best.u) if best.members else np.inf
-        attempts = [Attempt(self.library.members(members), u, beat=beat) for members, u in fresh]
+        # What comes through the sieve begins near its end.
+        steps = _STEPS if self._sieve is None else _STEPS_AFTER_SIEVE
+        attempts = [Attempt(self.library.members(members), u, steps, beat) for members, u in fresh]
         for (members, _), optimum in zip(fresh, self.model.optima(attempts, self.library.prior), strict=True):
             if optimum is not None and not optimum.implausible:
                 self.found[tuple(sorted(members))] = optimum

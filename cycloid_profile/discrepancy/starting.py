@@ -15,7 +15,7 @@ from cycloid_profile.discrepancy.library import Library
 from cycloid_profile.discrepancy.normal import Normal, Whitened
 from cycloid_profile.effects.effect import Place
 
-_STARTS = 8
+_STARTS = 12
 _LEADING = 3
 # A loop has so few rows that every place of an effect can be looked at, and bends alike for many of them.
 _STARTS_AT_PLACES = 40
@@ -47,7 +47,8 @@ def leading_singles(
     singles: dict[tuple[object, ...], Start] = {}
     for scored in search(equations, library.priors, 1):
         candidate = library.candidates[scored.members[0]]
-        kind = (candidate.name, *(candidate.choice.get(place) for place in _PLACES if apart))
+        # Cranks turn alike to first order, and only the exact model tells one from another.
+        kind = (candidate.name, *(candidate.choice.get(place) for place in _PLACES if apart or place == "crank"))
         if kind not in singles and scored.log_evidence > 0.0:
             singles[kind] = (list(scored.members), estimate(equations, scored.members)[0])
     starts = list(singles.values())[: _STARTS_AT_PLACES if apart else _STARTS]
