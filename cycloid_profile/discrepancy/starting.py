@@ -16,6 +16,7 @@ from cycloid_profile.discrepancy.normal import Normal, Whitened
 from cycloid_profile.effects.effect import Place
 
 _STARTS = 12
+_STEPS_OF_A_LOOK, _STEPS_OF_LEADING = 2, 4
 _LEADING = 3
 # A loop has so few rows that every place of an effect can be looked at, and bends alike for many of them.
 _STARTS_AT_PLACES = 40
@@ -56,21 +57,29 @@ def leading_singles(
         starts += _either_way(coarse, library)
     if apart or gain < _LINEAR * (equations.chi2 - equations.rows):
         starts += _second_order(coarse, library, gain / max(equations.rows, 1))
-    optima: list[tuple[list[int], Optimum]] = []
-    # A look at all, then the leading ones to the end.
-    looks = [(2, len(starts))]
+    tell(f"single effects on the exact model, {len(starts)}")
+    optima = _fitted(coarse, library, starts, _STEPS_OF_A_LOOK)
     if not thorough:
-        looks.append((4, _LEADING_AT_PLACES if apart else _LEADING))
-    for steps, some in looks:
-        tell(f"single effects on the exact model, {min(some, len(starts))} of {len(starts)}")
-        optima = []
-        attempts = [Attempt(library.members(members), u, steps=steps) for members, u in starts[:some]]
-        for (members, _), optimum in zip(starts, coarse.optima(attempts, library.prior), strict=False):
-            if optimum is not None and not optimum.implausible:
-                optima.append((members, optimum))
-        optima = _unlike(sorted(optima, key=lambda o: -o[1].log_evidence))
-        starts = [(members, optimum.u) for members, optimum in optima]
+        # The leading ones to the end, and from the other side: what loads pins when it grows does so when it shrinks.
+        leading = [(members, optimum.u) for members, optimum in optima[: _LEADING_AT_PLACES if apart else _LEADING]]
+        if not apart:
+            leading += [(members, -u) for members, u in leading if not library.candidates[members[0]].one_sided]
+        tell(f"leading effects on the exact model, {len(leading)}")
+        optima = _fitted(coarse, library, leading, _STEPS_OF_LEADING)
     return [optimum for _, optimum in optima if optimum.log_evidence > 0.0]
+
+
+def _fitted(
+    coarse: ExactModel, library: Library, starts: Sequence[Start], steps: int
+) -> list[tuple[list[int], Optimum]]:
+    """Where the starts lead, best first."""
+    attempts = [Attempt(library.members(members), u, steps=steps) for members, u in starts]
+    found = [
+        (members, optimum)
+        for (members, _), optimum in zip(starts, coarse.optima(attempts, library.prior), strict=True)
+        if optimum is not None and not optimum.implausible
+    ]
+    return _unlike(sorted(found, key=lambda o: -o[1].log_evidence))
 
 
 def leading_pairs(
