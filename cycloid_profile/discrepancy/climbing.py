@@ -24,6 +24,7 @@ _LOOKED_AT = 400
 _LINEAR_ERROR = 0.01  # of the evidence
 _FEW_VARIANTS = 12
 _SWAPPED = 2  # rivals for each member
+_ELSEWHERE, _ELSEWHERE_REACH = 4, 40.0  # other places of each member, and how much less likely they may seem
 _MORE_THAN_NOISE = 3.0  # standard deviations of chi², that of the noise counted
 _HOPELESS_ON_FEW = 50.0  # of chi²
 _SIEVE_STEPS = 3
@@ -79,10 +80,17 @@ class Climb:
             challenger = self._rescored(self._proposed(equations, proposals, len(places), short), best)
             if short and not challenger.log_evidence > best.log_evidence + _BETTER:
                 challenger = self._rescored(self._new(equations, self._neighbours(equations, places)), best)
+            if not challenger.log_evidence > best.log_evidence + _BETTER and not self._only_scans:
+                challenger = self._rescored(self._new(equations, self._elsewhere(equations, places)), best)
             if not challenger.log_evidence > best.log_evidence + _BETTER:
                 break
             best = challenger
         return best
+
+    @property
+    def _only_scans(self) -> bool:
+        """Whether the files show each place of an effect as it is."""
+        return all(r.kind == "profile_scan" for r in self.model.recordings)
 
     def _rescored(self, starts: Sequence[Start], best: Optimum) -> Optimum:
         """The best of sets fitted on the exact model, and of what was the best before."""
@@ -150,6 +158,21 @@ class Climb:
             fewer = [s.members for s in proposals if len(s.members) == size]
             wanted += self._new(equations, fewer[: 4 * _SIMPLER], _SIMPLER)
         return wanted
+
+    def _elsewhere(self, equations: Normal, places: list[int]) -> list[tuple[int, ...]]:
+        """Sets with one member at another place, which linear equations do not think much worse: cranks and discs turn
+        the output nearly alike.
+        """
+        candidates, priors = self.library.candidates, self.library.priors
+        least = linear_evidence(equations, priors, places) - _ELSEWHERE_REACH
+        sets = []
+        for place in places:
+            others = [p for p in places if p != place]
+            same = [i for i, c in enumerate(candidates) if c.name == candidates[place].name and i != place]
+            scores = [(linear_evidence(equations, priors, [*others, i]), i) for i in same]
+            near = sorted((score for score in scores if score[0] > least), reverse=True)
+            sets += [(*others, i) for _, i in near[:_ELSEWHERE]]
+        return sets
 
     def _neighbours(self, equations: Normal, places: list[int]) -> list[tuple[int, ...]]:
         """Sets with one member less, and with one member swapped for the candidates that fit best in its place."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -160,13 +161,29 @@ def _elsewhere(found: Named, member: int, tell: Callable[[str], None]) -> tuple[
 def _swapped(found: Named, member: int, rivals: Sequence[tuple[int, float]]) -> list[Optimum | None]:
     """The best set with a member replaced, each rival last, on the exact model."""
     others = [m for j, m in enumerate(found.best.members) if j != member]
-    attempts = []
+    optima = []
     for i, less in rivals:
         members = (*others, found.library.candidates[i])
+        known = [o for o in found.rescored if {id(m) for m in o.members} == {id(m) for m in members} and o.settled]
         # One that the linear model thinks worse need not be followed to its end once it is hopeless.
         beat = math.inf if less < DISTINGUISHED else -2.0 * _fit_of(found.best)
-        attempts.append(Attempt(members, found.start(members), steps=_STEPS, beat=beat))
-    return found.model.optima(attempts, found.library.prior)
+        attempt = Attempt(members, found.start(members), steps=_STEPS, beat=beat)
+        prior = found.library.prior(members)
+        optima.append(_last(known[0], members[-1]) if known else found.model.optimum(attempt, prior))
+    return optima
+
+
+def _last(optimum: Optimum, member: Candidate) -> Optimum:
+    """The same optimum with one of its members told last."""
+    order = sorted(range(len(optimum.members)), key=lambda i: optimum.members[i] is member)
+    where = coordinates(order)
+    return replace(
+        optimum,
+        members=tuple(optimum.members[i] for i in order),
+        u=optimum.u[where],
+        covariance=optimum.covariance[np.ix_(where, where)],
+        R=optimum.R[np.ix_(where, where)],
+    )
 
 
 def _stands(best: Optimum, rival: Optimum | None, less: float) -> bool:
