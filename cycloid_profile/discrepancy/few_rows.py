@@ -17,7 +17,8 @@ _RESCORINGS, _RESCORINGS_OF_WEAK = 40, 8  # sets that one climb rescores at most
 _ROUNDS = 5
 _FEWEST_ROWS = 240  # of all curves together
 _FEW_ROWS = 360
-_GAIN_KEPT = 500.0  # of chi², on the few rows that name an effect
+_CHEAP_ROWS = 1000  # of all curves together: as few as that need no thinning
+_GAIN_SEEN, _GAIN_KEPT = 20.0, 500.0  # of chi², on the fewest rows and on the few that name an effect
 _WEAK = 60.0  # below this gain everything is linear
 _RECOUNTS = 2
 _SINGLES, _PAIRS = 3, 6  # that a climb starts from
@@ -26,20 +27,24 @@ _HARDLY_MORE = 1.0  # standard deviations of chi²
 _KEPT, _LOOKED_AT, _AS_GOOD = 3, 10, 30.0
 
 
-def fewest(model: ExactModel) -> ExactModel:
-    """The model of so few rows that any set is fitted in a tenth of a second."""
-    curves = sum(r.kind != "profile_scan" for r in model.recordings)
-    rows = _FEWEST_ROWS // max(curves, 1)
+def fewest(model: ExactModel, gain: float) -> ExactModel:
+    """The model of so few rows that most sets are fitted in a tenth of a second, and a ``gain`` in chi² still shows."""
+    curves = [r.rows.size for r in model.recordings if r.kind != "profile_scan"]
+    if sum(curves) <= _CHEAP_ROWS:
+        return model
+    rows = max(_FEWEST_ROWS, round(sum(curves) * min(_GAIN_SEEN / max(gain, 1.0), 1.0))) // max(len(curves), 1)
     return model.with_recordings([thinned(r, rows) for r in model.recordings])
 
 
 def named_on_few_rows(
     model: ExactModel, library: Library, tell: Callable[[str], None], thorough: bool
-) -> tuple[ExactModel, Climb | None, list[Start]]:
-    """The model with its lobes counted by what leads, the climb if it was on all rows, and sets to go on with."""
+) -> tuple[ExactModel, Climb | None, list[Start], float]:
+    """The model with its lobes counted by what leads, the climb if it was on all rows, sets to go on with, and what the
+    best linear one gains in chi².
+    """
     model, few, singles, linear, gain = _leading(model, library, tell, thorough)
     if gain <= _WEAK:
-        return model, Climb(model, library, _RESCORINGS_OF_WEAK, tell, thorough=thorough), linear
+        return model, Climb(model, library, _RESCORINGS_OF_WEAK, tell, thorough=thorough), linear, gain
     thin = [thinned(r, _FEW_ROWS, _GAIN_KEPT / gain) for r in model.recordings]
     whole = all(a is b for a, b in zip(thin, model.recordings, strict=True))
     coarse = model if whole else model.with_recordings(thin)
@@ -61,7 +66,7 @@ def named_on_few_rows(
         if climb.found and not leaves_something(coarse, climb.ranked[0], _HARDLY_MORE):
             break
     starts_on_all = [(library.places(o.members), o.u) for o in _worth_all_rows(climb)]
-    return model, climb if coarse is model else None, starts_on_all
+    return model, climb if coarse is model else None, starts_on_all, gain
 
 
 def _leading(
@@ -70,8 +75,7 @@ def _leading(
     """The model counted by its leading single effect, the same of fewest rows, single effects fitted on these, the best
     set of linear equations and what it gains in chi².
     """
-    few = fewest(model)
-    singles: list[Optimum] = []
+    few, singles = model, list[Optimum]()
     gain, linear = 0.0, list[Start]()
     for _ in range(_RECOUNTS):
         equations = normal(model.nothing.blocks, library.candidates)
@@ -80,6 +84,7 @@ def _leading(
         gain = 2.0 * first[0].log_evidence if first else 0.0
         if gain <= _WEAK:
             break
+        few = fewest(model, gain)
         singles = leading_singles(few, library, equations, gain, tell, thorough)
         # Few rows suspect another count, all rows decide on it.
         if not singles or recounted(model, few, library, singles[0]) is model:
@@ -88,7 +93,6 @@ def _leading(
         if counted is model:
             break
         model = counted
-        few = fewest(model)
     return model, few, singles, linear, gain
 
 

@@ -51,9 +51,9 @@ def named(
     """
     waves = max((r.rows.size for r in model.recordings if r.kind == "profile_scan"), default=2)
     library = Library((*candidates, *_chatter(model.nothing, ())), waves)
-    model, climb, starts = named_on_few_rows(model, library, tell, thorough)
+    model, climb, starts, gain = named_on_few_rows(model, library, tell, thorough)
     if climb is None:
-        climb = Climb(model, library, _RESCORINGS, tell, thorough=thorough, sieve=fewest(model))
+        climb = Climb(model, library, _RESCORINGS, tell, thorough=thorough, sieve=fewest(model, gain))
     for number in range(_RECOUNTS + 1):
         tell("rescoring on the exact model with all rows")
         climb.up(starts, _FINAL_ROUNDS)
@@ -62,12 +62,12 @@ def named(
         if counted is model or number == _RECOUNTS:
             break
         model, starts = counted, [(library.places(best.members), u)]
-        climb = Climb(model, library, _RESCORINGS, tell, thorough=thorough, sieve=fewest(model))
+        climb = Climb(model, library, _RESCORINGS, tell, thorough=thorough, sieve=fewest(model, gain))
     more = _chatter(model.at(best), best.members)
     if more and best.members:
         # Waves that stood below what larger effects made of the spectrum.
         library = library.with_more(more)
-        climb = Climb(model, library, _RESCORINGS, tell, climb.found, thorough, fewest(model))
+        climb = Climb(model, library, _RESCORINGS, tell, climb.found, thorough, fewest(model, gain))
         climb.up([(library.places(best.members), best.u)], _FINAL_ROUNDS)
         best = _first_that_contributes(climb)
     return Named(best, model, library, about(model, library, best), tuple(climb.ranked))
