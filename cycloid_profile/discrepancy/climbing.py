@@ -100,7 +100,7 @@ class Climb:
             fresh = self._sieved(self._sieve, fresh, best)
         fresh = fresh[: self._rescorings_left]
         self._rescorings_left -= len(fresh)
-        beat = best.chi2 + float(best.u @ best.u) if best.members else np.inf
+        beat = best.misfit if best.members else np.inf
         # What comes through the sieve begins near its end.
         steps = _STEPS if self._sieve is None else _STEPS_AFTER_SIEVE
         attempts = [Attempt(self.library.members(members), u, steps, beat) for members, u in fresh]
@@ -115,13 +115,13 @@ class Climb:
         mine = few.optimum(Attempt(best.members, best.u, steps=2), 0.0)
         if mine is None:
             return list(starts)
-        beat = mine.chi2 + float(mine.u @ mine.u)
+        beat = mine.misfit
         attempts = [Attempt(self.library.members(members), u, _SIEVE_STEPS, beat) for members, u in starts]
         optima = zip(starts, few.optima(attempts, self.library.prior), strict=True)
         found = [
             (optimum.log_evidence, (members, optimum.u))
             for (members, _), optimum in optima
-            if optimum is not None and optimum.chi2 + float(optimum.u @ optimum.u) < beat + _HOPELESS_ON_FEW
+            if optimum is not None and optimum.misfit < beat + _HOPELESS_ON_FEW
         ]
         return [start for _, start in sorted(found, key=lambda f: -f[0])[:_FINALISTS]]
 

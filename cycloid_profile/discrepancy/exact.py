@@ -81,6 +81,11 @@ class Optimum:
         i %= len(self.members)
         return slice(2 * i, 2 * i + 2)
 
+    @property
+    def misfit(self) -> float:
+        """chi² with that of the priors."""
+        return self.chi2 + float(self.u @ self.u)
+
     def turned_round(self) -> Iterator[tuple[Candidate, Optimum]]:
         """Each member that all discs see, with itself half a turn on: discs half a turn apart see nearly the same."""
         for i, member in enumerate(self.members):

@@ -87,8 +87,8 @@ def _counted_anew(model: ExactModel, library: Library, best: Optimum) -> tuple[E
             continue
         counted = recounted(model, model, library, other)
         if counted is not model:
-            beat = best.chi2 + float(best.u @ best.u)
-            found = counted.optimum(Attempt(other.members, other.u, beat=beat), library.prior(other.members))
+            attempt = Attempt(other.members, other.u, beat=best.misfit)
+            found = counted.optimum(attempt, library.prior(other.members))
             if found is not None and found.log_evidence > best.log_evidence:
                 return counted, found.u
     return model, best.u

@@ -166,7 +166,7 @@ def _swapped(found: Named, member: int, rivals: Sequence[tuple[int, float]]) -> 
         members = (*others, found.library.candidates[i])
         known = [o for o in found.rescored if {id(m) for m in o.members} == {id(m) for m in members} and o.settled]
         # One that the linear model thinks worse need not be followed to its end once it is hopeless.
-        beat = math.inf if less < DISTINGUISHED else -2.0 * _fit_of(found.best)
+        beat = math.inf if less < DISTINGUISHED else found.best.misfit
         attempt = Attempt(members, found.start(members), steps=_STEPS, beat=beat)
         prior = found.library.prior(members)
         optima.append(_last(known[0], members[-1]) if known else found.model.optimum(attempt, prior))
@@ -197,7 +197,7 @@ def _stands(best: Optimum, rival: Optimum | None, less: float) -> bool:
 
 def _fit_of(optimum: Optimum) -> float:
     """Minus half of chi² and prior of an exact optimum."""
-    return -0.5 * (optimum.chi2 + float(optimum.u @ optimum.u))
+    return -0.5 * optimum.misfit
 
 
 def swaps(named: Named, member: int, reach: float = DISTINGUISHED, elsewhere: bool = False) -> list[tuple[int, float]]:

@@ -97,15 +97,11 @@ def leading_pairs(
     tell(f"pairs of effects on the exact model, {len(pairs)}")
     equations = about(few, library, singles[0])
     attempts = [
-        Attempt(library.members(pair), estimate(equations, pair)[0], steps=_PAIR_STEPS, beat=_fit(singles[0]))
+        Attempt(library.members(pair), estimate(equations, pair)[0], steps=_PAIR_STEPS, beat=singles[0].misfit)
         for pair in pairs
     ]
     found = [one for one in few.optima(attempts, library.prior) if one is not None and not one.implausible]
     return sorted(found, key=lambda one: -one.log_evidence)
-
-
-def _fit(optimum: Optimum) -> float:
-    return optimum.chi2 + float(optimum.u @ optimum.u)
 
 
 def _unlike(optima: Sequence[tuple[list[int], Optimum]]) -> list[tuple[list[int], Optimum]]:
