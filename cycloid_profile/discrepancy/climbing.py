@@ -80,17 +80,12 @@ class Climb:
             challenger = self._rescored(self._proposed(equations, proposals, len(places), short), best)
             if short and not challenger.log_evidence > best.log_evidence + _BETTER:
                 challenger = self._rescored(self._new(equations, self._neighbours(equations, places)), best)
-            if not challenger.log_evidence > best.log_evidence + _BETTER and not self._only_scans:
+            if not challenger.log_evidence > best.log_evidence + _BETTER and not self.model.only_scans:
                 challenger = self._rescored(self._new(equations, self._elsewhere(equations, places)), best)
             if not challenger.log_evidence > best.log_evidence + _BETTER:
                 break
             best = challenger
         return best
-
-    @property
-    def _only_scans(self) -> bool:
-        """Whether the files show each place of an effect as it is."""
-        return all(r.kind == "profile_scan" for r in self.model.recordings)
 
     def _rescored(self, starts: Sequence[Start], best: Optimum) -> Optimum:
         """The best of sets fitted on the exact model, and of what was the best before."""

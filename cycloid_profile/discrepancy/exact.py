@@ -161,6 +161,11 @@ class ExactModel:
         return all(r.kind == "hysteresis" for r in self.recordings)
 
     @property
+    def only_scans(self) -> bool:
+        """Whether all there is are scans, which show each place of an effect as it is."""
+        return all(r.kind == "profile_scan" for r in self.recordings)
+
+    @property
     def nothing(self) -> State:
         """The reducer as it is."""
         if self._nothing is None:

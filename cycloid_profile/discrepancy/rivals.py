@@ -146,8 +146,8 @@ def _group(found: Named, about: Normal, member: int, tell: Callable[[str], None]
 
 def _elsewhere(found: Named, member: int, tell: Callable[[str], None]) -> tuple[Sized, ...]:
     """The same effect on other discs, cranks, lobes or pins, where the files allow that."""
-    curves = any(r.kind != "profile_scan" for r in found.model.recordings)
-    near = swaps(found, member, _REACH_OF_CURVES if curves else DISTINGUISHED, elsewhere=True)[:_RESCORED_PLACES]
+    reach = DISTINGUISHED if found.model.only_scans else _REACH_OF_CURVES
+    near = swaps(found, member, reach, elsewhere=True)[:_RESCORED_PLACES]
     if near:
         tell(f"could {found.best.members[member].name} be elsewhere?")
     standing = [

@@ -140,7 +140,7 @@ def _change(before: State, after: State) -> FloatArray:
 
 def _second_order(coarse: ExactModel, library: Library, gain_per_row: float) -> list[Start]:
     """Starts for what all discs or pins share: it cancels to first order, the rest turns with twice its angle."""
-    if all(r.kind == "profile_scan" for r in coarse.recordings):
+    if coarse.only_scans:
         return []
     found = []
     before = coarse.nothing
