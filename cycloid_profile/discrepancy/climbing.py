@@ -13,9 +13,10 @@ import numpy as np
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.discrepancy.evidence import Scored, estimate, linear_evidence, search
-from cycloid_profile.discrepancy.exact import Attempt, ExactModel, Optimum, State
+from cycloid_profile.discrepancy.exact import ExactModel, State
 from cycloid_profile.discrepancy.library import Library
 from cycloid_profile.discrepancy.normal import Normal, normal
+from cycloid_profile.discrepancy.optimum import Attempt, Optimum
 
 _FINALISTS = 4
 _SIMPLER = 2  # sets of each smaller number of members, and of two more

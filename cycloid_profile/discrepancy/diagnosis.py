@@ -11,12 +11,13 @@ import numpy as np
 from cycloid_profile.discrepancy.candidates import Candidate, candidates
 from cycloid_profile.discrepancy.detectable import smallest_detectable
 from cycloid_profile.discrepancy.detection import Detection, Finding, detect
-from cycloid_profile.discrepancy.exact import Attempt, ExactModel, Optimum, State
+from cycloid_profile.discrepancy.exact import ExactModel, State
 from cycloid_profile.discrepancy.laid import Laid, settled
 from cycloid_profile.discrepancy.lobes import counted_alike
 from cycloid_profile.discrepancy.naming import Named, named
 from cycloid_profile.discrepancy.nearest import nearest
 from cycloid_profile.discrepancy.normal import Normal, Whitened, normal
+from cycloid_profile.discrepancy.optimum import Attempt, Optimum
 from cycloid_profile.discrepancy.outcome import Diagnosis, FileGap, NamedEffect
 from cycloid_profile.discrepancy.probes import Probes
 from cycloid_profile.discrepancy.recording import Recording, hold_all_out, hold_nothing_out, record

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections import OrderedDict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -15,18 +14,16 @@ from cycloid_profile.discrepancy.candidates import Candidate
 from cycloid_profile.discrepancy.evidence import log_evidence_at
 from cycloid_profile.discrepancy.laid import Laid, laid_curves
 from cycloid_profile.discrepancy.normal import Whitened, normal
+from cycloid_profile.discrepancy.optimum import FARTHEST, Attempt, Optimum
 from cycloid_profile.discrepancy.probes import Probes
 from cycloid_profile.discrepancy.recording import Recording
 from cycloid_profile.effects.built import Built
-from cycloid_profile.effects.effect import Place
 from cycloid_profile.errors import CycloidError
 from cycloid_profile.rig.prediction import CurvePrediction
 
-_STEPS = 8
 _HALVINGS = 3
 _LONGEST = 1.0
 _HOPELESS = 50.0  # of chi²
-_FARTHEST = 4.0  # widths: no workshop makes that, and the equilibrium may not exist
 _RECENT = 6  # states kept: each holds the load on every pin at every row
 _ENOUGH = 0.02  # of chi²: a step that gains less is the last
 # A row without a prediction counts like one this many standard deviations off.
@@ -50,71 +47,6 @@ class State:
         """Of all rows to fit, nuisances marginalised."""
         lost = sum(int(np.count_nonzero(~np.isfinite(one.residual) & ~one.recording.held_out)) for one in self.laid)
         return sum(block.chi2 for block in self.blocks) + _NO_ANSWER**2 * lost
-
-
-@dataclass(frozen=True, eq=False)
-class Optimum:
-    """The best sizes of a set of ``members``: coordinates ``u`` in units of widths, two a member, with covariance.
-
-    ``R`` is the curvature of chi² there, ``chi2`` over so many ``rows``; ``log_evidence`` against no effect.
-    ``settled`` if the steps ended small. The state behind it is ``ExactModel.at``.
-    """
-
-    members: tuple[Candidate, ...]
-    u: FloatArray
-    covariance: FloatArray
-    R: FloatArray
-    chi2: float
-    rows: int
-    log_evidence: float
-    settled: bool
-
-    def coordinates(self, i: int) -> FloatArray:
-        """Coordinates of member ``i`` in its own unit."""
-        return self.u[self._own(i)] * self.members[i].width
-
-    def covariance_of(self, i: int) -> FloatArray:
-        """Their covariance."""
-        return self.covariance[self._own(i), self._own(i)] * self.members[i].width ** 2
-
-    def _own(self, i: int) -> slice:
-        i %= len(self.members)
-        return slice(2 * i, 2 * i + 2)
-
-    @property
-    def misfit(self) -> float:
-        """chi² with that of the priors."""
-        return self.chi2 + float(self.u @ self.u)
-
-    def turned_round(self) -> Iterator[tuple[Candidate, Optimum]]:
-        """Each member that all discs see, with itself half a turn on: discs half a turn apart see nearly the same."""
-        for i, member in enumerate(self.members):
-            alike = member.kind.place is Place.RING or member.choice.get("disc", 0) is None
-            if alike and member.angle is not None and member.waves == 1:
-                u = self.u.copy()
-                u[2 * i : 2 * i + 2] *= -1.0
-                yield member, replace(self, u=u)
-
-    @property
-    def implausible(self) -> bool:
-        """Whether a size is one that no workshop makes."""
-        sizes = np.hypot(self.u[0::2], self.u[1::2])
-        return any(size * c.width > c.implausible for size, c in zip(sizes, self.members, strict=True))
-
-
-@dataclass(frozen=True, eq=False)
-class Attempt:
-    """A set of ``members`` to be fitted from ``start``, shape (2·members,), in at most so many ``steps``.
-
-    Up to ``farthest`` widths; given up after a step or two where not even what the linear model promises comes near
-    ``beat``, the chi² with priors of a better set.
-    """
-
-    members: tuple[Candidate, ...]
-    start: FloatArray
-    steps: int = _STEPS
-    beat: float = math.inf
-    farthest: float = _FARTHEST
 
 
 def _bounded(step: FloatArray) -> FloatArray:
@@ -142,6 +74,11 @@ class ExactModel:
     def with_recordings(self, recordings: Sequence[Recording], laid: Sequence[Laid] | None = None) -> ExactModel:
         """The same reducer beside other recordings."""
         return ExactModel(self.built, recordings, self.probes, laid)
+
+    def without_scans(self) -> ExactModel:
+        """The same reducer beside the other files alone."""
+        laid = [one for one in self.nothing.laid if one.recording.kind != "profile_scan"]
+        return self.with_recordings([one.recording for one in laid], laid)
 
     def with_rows(self, recordings: Sequence[Recording]) -> ExactModel:
         """The same with other rows held out; what lies already is not laid anew."""
@@ -172,7 +109,7 @@ class ExactModel:
             self._nothing = State(self.built, self._lay(self.built))
         return self._nothing
 
-    def state(self, members: Sequence[Candidate], u: FloatArray, farthest: float = _FARTHEST) -> State | None:
+    def state(self, members: Sequence[Candidate], u: FloatArray, farthest: float = FARTHEST) -> State | None:
         """With effects at coordinates ``u``, none larger than ``farthest`` widths; None where that cannot be."""
         if not members:
             return self.nothing

@@ -6,34 +6,25 @@ from collections.abc import Callable
 
 from cycloid_profile.discrepancy.climbing import Climb, Start, leaves_something
 from cycloid_profile.discrepancy.evidence import estimate, search
-from cycloid_profile.discrepancy.exact import ExactModel, Optimum
+from cycloid_profile.discrepancy.exact import ExactModel
 from cycloid_profile.discrepancy.library import Library
 from cycloid_profile.discrepancy.lobes import recounted
 from cycloid_profile.discrepancy.normal import normal
+from cycloid_profile.discrepancy.optimum import Optimum
+from cycloid_profile.discrepancy.recounting import counted_by_curves
 from cycloid_profile.discrepancy.starting import leading_pairs, leading_singles
-from cycloid_profile.discrepancy.thinning import thinned
+from cycloid_profile.discrepancy.thinning import fewest, thinned
 
 _RESCORINGS, _RESCORINGS_OF_WEAK = 40, 8  # sets that one climb rescores at most
 _ROUNDS = 5
-_FEWEST_ROWS = 240  # of all curves together
 _FEW_ROWS = 360
-_CHEAP_ROWS = 1000  # of all curves together: as few as that need no thinning
-_GAIN_SEEN, _GAIN_KEPT = 20.0, 500.0  # of chi², on the fewest rows and on the few that name an effect
+_GAIN_KEPT = 500.0  # of chi², on the few rows that name an effect
 _WEAK = 60.0  # below this gain everything is linear
-_RECOUNTS = 2
+_RECOUNTS = 3
 _SINGLES, _PAIRS = 3, 6  # that a climb starts from
-_HARDLY_MORE = 1.0  # standard deviations of chi²
+_HARDLY_MORE = 2.0  # standard deviations of chi²: the noise of few rows is known no better
 # Sets that are rescored on all rows, and how much less likely they may be.
 _KEPT, _LOOKED_AT, _AS_GOOD = 3, 10, 30.0
-
-
-def fewest(model: ExactModel, gain: float) -> ExactModel:
-    """The model of so few rows that most sets are fitted in a tenth of a second, and a ``gain`` in chi² still shows."""
-    curves = [r.rows.size for r in model.recordings if r.kind != "profile_scan"]
-    if sum(curves) <= _CHEAP_ROWS:
-        return model
-    rows = max(_FEWEST_ROWS, round(sum(curves) * min(_GAIN_SEEN / max(gain, 1.0), 1.0))) // max(len(curves), 1)
-    return model.with_recordings([thinned(r, rows) for r in model.recordings])
 
 
 def named_on_few_rows(
@@ -75,9 +66,9 @@ def _leading(
     """The model counted by its leading single effect, the same of fewest rows, single effects fitted on these, the best
     set of linear equations and what it gains in chi².
     """
-    few, singles = model, list[Optimum]()
+    few, singles, known = model, list[Optimum](), list[Optimum]()
     gain, linear = 0.0, list[Start]()
-    for _ in range(_RECOUNTS):
+    for number in range(_RECOUNTS + 1):
         equations = normal(model.nothing.blocks, library.candidates)
         first = search(equations, library.priors)
         linear = [(list(s.members), estimate(equations, s.members)[0]) for s in first[:1]]
@@ -85,11 +76,18 @@ def _leading(
         if gain <= _WEAK:
             break
         few = fewest(model, gain)
-        singles = leading_singles(few, library, equations, gain, tell, thorough)
-        # Few rows suspect another count, all rows decide on it.
-        if not singles or recounted(model, few, library, singles[0]) is model:
+        if known and not leaves_something(few, known[0]):
+            singles = known
             break
-        counted = recounted(model, model, library, singles[0])
+        singles = leading_singles(few, library, equations, gain, tell, thorough)
+        singles = sorted([*known, *singles], key=lambda one: -one.log_evidence)
+        if number == _RECOUNTS or not singles or not leaves_something(few, singles[0]):
+            break
+        counted, leading = counted_by_curves(model, library, singles[0], gain, tell)
+        known = [leading] if counted is not model else []
+        # Few rows suspect another count, all rows decide on it.
+        if counted is model and recounted(model, few, library, leading) is not model:
+            counted = recounted(model, model, library, leading)
         if counted is model:
             break
         model = counted

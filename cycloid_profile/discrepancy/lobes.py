@@ -15,10 +15,11 @@ import numpy as np
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.discrepancy.candidates import Candidate
 from cycloid_profile.discrepancy.evidence import log_priors, with_one_more
-from cycloid_profile.discrepancy.exact import ExactModel, Optimum
+from cycloid_profile.discrepancy.exact import ExactModel
 from cycloid_profile.discrepancy.laid import Laid
 from cycloid_profile.discrepancy.library import Library
 from cycloid_profile.discrepancy.normal import Normal, Whitened, normal
+from cycloid_profile.discrepancy.optimum import Optimum
 from cycloid_profile.discrepancy.probes import Probes
 from cycloid_profile.discrepancy.recording import Recording
 from cycloid_profile.effects.built import Built

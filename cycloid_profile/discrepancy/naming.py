@@ -12,11 +12,13 @@ from cycloid_profile.discrepancy.candidates import Candidate, chatter
 from cycloid_profile.discrepancy.chatter_waves import chatter_peaks
 from cycloid_profile.discrepancy.climbing import Climb, about, contributes, nothing
 from cycloid_profile.discrepancy.evidence import estimate
-from cycloid_profile.discrepancy.exact import Attempt, ExactModel, Optimum, State
-from cycloid_profile.discrepancy.few_rows import fewest, named_on_few_rows
+from cycloid_profile.discrepancy.exact import ExactModel, State
+from cycloid_profile.discrepancy.few_rows import named_on_few_rows
 from cycloid_profile.discrepancy.library import Library
-from cycloid_profile.discrepancy.lobes import recounted
 from cycloid_profile.discrepancy.normal import Normal
+from cycloid_profile.discrepancy.optimum import Optimum
+from cycloid_profile.discrepancy.recounting import counted_anew
+from cycloid_profile.discrepancy.thinning import fewest
 
 _RESCORINGS = 8  # sets that one climb on all rows rescores at most
 _FINAL_ROUNDS = 2
@@ -58,10 +60,10 @@ def named(
         tell("rescoring on the exact model with all rows")
         climb.up(starts, _FINAL_ROUNDS)
         best = _first_that_contributes(climb)
-        counted, u = _counted_anew(model, library, best)
+        counted, begin = counted_anew(model, fewest(model, gain), library, best)
         if counted is model or number == _RECOUNTS:
             break
-        model, starts = counted, [(library.places(best.members), u)]
+        model, starts = counted, [(library.places(best.members), begin.u)]
         climb = Climb(model, library, _RESCORINGS, tell, thorough=thorough, sieve=fewest(model, gain))
     more = _chatter(model.at(best), best.members)
     if more and best.members:
@@ -71,27 +73,6 @@ def named(
         climb.up([(library.places(best.members), best.u)], _FINAL_ROUNDS)
         best = _first_that_contributes(climb)
     return Named(best, model, library, about(model, library, best), tuple(climb.ranked))
-
-
-def _counted_anew(model: ExactModel, library: Library, best: Optimum) -> tuple[ExactModel, FloatArray]:
-    """The model with its lobes counted as the best set has them, or as it has them half a turn on if that fits better,
-    and where to begin on it; the same model where the count stays.
-    """
-    if not best.members:
-        return model, best.u
-    counted = recounted(model, model, library, best)
-    if counted is not model:
-        return counted, best.u
-    for _, other in best.turned_round():
-        if model.state(other.members, other.u) is None:
-            continue
-        counted = recounted(model, model, library, other)
-        if counted is not model:
-            attempt = Attempt(other.members, other.u, beat=best.misfit)
-            found = counted.optimum(attempt, library.prior(other.members))
-            if found is not None and found.log_evidence > best.log_evidence:
-                return counted, found.u
-    return model, best.u
 
 
 def _chatter(state: State, members: Sequence[Candidate]) -> list[Candidate]:

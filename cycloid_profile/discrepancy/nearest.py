@@ -11,8 +11,9 @@ import numpy as np
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.discrepancy.candidates import Candidate
-from cycloid_profile.discrepancy.exact import Attempt, ExactModel
+from cycloid_profile.discrepancy.exact import ExactModel
 from cycloid_profile.discrepancy.normal import Normal, coordinates
+from cycloid_profile.discrepancy.optimum import Attempt
 
 _TOLD = 3
 _EXPLAINED = 0.9  # of the gap: what an effect must explain to be the answer

@@ -12,9 +12,10 @@ import numpy as np
 from cycloid_profile.discrepancy.alias import always_alike, cosine
 from cycloid_profile.discrepancy.candidates import Candidate
 from cycloid_profile.discrepancy.evidence import ALIAS, estimate, linear_evidence
-from cycloid_profile.discrepancy.exact import Attempt, ExactModel, Optimum
+from cycloid_profile.discrepancy.exact import ExactModel
 from cycloid_profile.discrepancy.naming import Named
 from cycloid_profile.discrepancy.normal import Normal, coordinates, normal
+from cycloid_profile.discrepancy.optimum import Attempt, Optimum
 from cycloid_profile.discrepancy.outcome import NamedEffect, Sized
 from cycloid_profile.discrepancy.plan import separating_measurement
 
@@ -78,12 +79,17 @@ def _words(place: Sized) -> str:
 
 def turned_round(everything: ExactModel, final: Optimum) -> list[str]:
     """Sentences about angles that might as well be half a turn more."""
-    found = []
-    for member, other in final.turned_round():
+    found: dict[frozenset[str], str] = {}
+    for members, other in final.turned_round():
+        names = frozenset(member.name for member in members)
+        if any(known <= names for known in found):
+            continue
         state = everything.state(other.members, other.u)
         if state is not None and state.chi2 < final.chi2 + 2.0 * DISTINGUISHED:
-            found.append(f"{member.angle} of {member.name} may as well be 180° more: these files do not tell")
-    return found
+            angles = " and ".join(f"{member.angle} of {member.name}" for member in members)
+            together = " together" if len(members) > 1 else ""
+            found[names] = f"{angles} may as well be 180° more{together}: these files do not tell"
+    return list(found.values())
 
 
 def _evidence_of(found: Named, members: Sequence[Candidate]) -> float:

@@ -10,9 +10,10 @@ import numpy as np
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.discrepancy.climbing import Start, about
 from cycloid_profile.discrepancy.evidence import estimate, search
-from cycloid_profile.discrepancy.exact import Attempt, ExactModel, Optimum, State
+from cycloid_profile.discrepancy.exact import ExactModel, State
 from cycloid_profile.discrepancy.library import Library
 from cycloid_profile.discrepancy.normal import Normal, Whitened
+from cycloid_profile.discrepancy.optimum import Attempt, Optimum
 from cycloid_profile.effects.effect import Place
 
 _STARTS = 12

@@ -23,12 +23,13 @@ from cycloid_profile.design.ground import built_reducer
 from cycloid_profile.discrepancy.candidates import Candidate, candidates, chatter, places
 from cycloid_profile.discrepancy.climbing import about
 from cycloid_profile.discrepancy.evidence import CHANCE, estimate, search
-from cycloid_profile.discrepancy.exact import Attempt, ExactModel, Optimum
+from cycloid_profile.discrepancy.exact import ExactModel
 from cycloid_profile.discrepancy.laid import Laid
 from cycloid_profile.discrepancy.library import Library
 from cycloid_profile.discrepancy.lobes import counted_alike
 from cycloid_profile.discrepancy.noise import Noise
 from cycloid_profile.discrepancy.normal import normal
+from cycloid_profile.discrepancy.optimum import Attempt, Optimum
 from cycloid_profile.discrepancy.probes import Probes
 from cycloid_profile.discrepancy.recording import Recording, record
 from cycloid_profile.discrepancy.repeats import with_noise_of_repeats

@@ -12,7 +12,8 @@ from scipy.stats import multivariate_t, norm
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.discrepancy.candidates import Candidate
-from cycloid_profile.discrepancy.exact import ExactModel, Optimum
+from cycloid_profile.discrepancy.exact import ExactModel
+from cycloid_profile.discrepancy.optimum import Optimum
 
 LIVE_POINTS = 100
 _LOCAL_DRAWS = 400

@@ -10,8 +10,9 @@ import pytest
 from cycloid_profile.design.ground import built_reducer
 from cycloid_profile.discrepancy.candidates import candidates
 from cycloid_profile.discrepancy.diagnosis import diagnose
-from cycloid_profile.discrepancy.exact import Attempt, ExactModel
+from cycloid_profile.discrepancy.exact import ExactModel
 from cycloid_profile.discrepancy.library import Library
+from cycloid_profile.discrepancy.optimum import Attempt
 from cycloid_profile.discrepancy.recording import hold_nothing_out, record
 from cycloid_profile.discrepancy.told import effect_told
 from cycloid_profile.measurement.files import parse_measurement

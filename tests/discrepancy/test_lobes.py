@@ -10,15 +10,17 @@ import pytest
 
 from cycloid_profile.design.ground import built_reducer
 from cycloid_profile.discrepancy.candidates import candidates
-from cycloid_profile.discrepancy.exact import Attempt, ExactModel
+from cycloid_profile.discrepancy.exact import ExactModel
 from cycloid_profile.discrepancy.laid import Laid
 from cycloid_profile.discrepancy.library import Library
 from cycloid_profile.discrepancy.lobes import _moved, counted_on, recounted
 from cycloid_profile.discrepancy.normal import Whitened, normal
+from cycloid_profile.discrepancy.optimum import Attempt
 from cycloid_profile.discrepancy.probes import Probes
 from cycloid_profile.discrepancy.recording import record
+from cycloid_profile.discrepancy.recounting import counted_by_curves
 from cycloid_profile.effects.built import Built
-from cycloid_profile.effects.process import DiscOval
+from cycloid_profile.effects.process import CumulativePitchError, DiscOval
 from cycloid_profile.rig.simulate import Settings, simulate
 from cycloid_profile.spec.read import parse_spec
 from tests.discrepancy.blind import Reducer, spec_text
@@ -72,6 +74,30 @@ def test_a_scan_counted_from_half_a_turn_off_is_counted_right_beside_the_named_o
     # Counted right it stays, and the same model comes back.
     best = models["right"].optimum(Attempt((oval,), start, steps=1), library.prior([oval]))
     assert recounted(models["right"], models["right"], library, best) is models["right"]
+
+
+def test_a_scan_counted_wrong_is_counted_right_by_what_the_other_files_show_alone(built):
+    """A pitch error of both discs cancels on the bench to first order: fitted to all files it rests in between."""
+    machine = CumulativePitchError(amplitude_um=1.7, phase_deg=250.0).apply(built)
+    scan = record(built, simulate(machine, "profile_scan", Settings(noise=0.3, seed=1, points=1560)))
+    turns = [
+        record(
+            built, simulate(machine, "transmission_error", Settings(noise=0.15, seed=seed, points=120, torque=torque))
+        )
+        for seed, torque in ((2, 12e3), (3, None))
+    ]
+    some, probes = [counted_on(scan, 11, LOBES), *turns], Probes(built)
+    library = Library(candidates(built, frozenset({0}), True), 2)
+    model = ExactModel(built, some, probes, [Laid(r, built, probes) for r in some])
+    nothing = replace(model.optimum(Attempt((), np.zeros(0)), 0.0), log_evidence=0.0)
+    counted, found = counted_by_curves(model, library, nothing, 1e4, lambda _: None)
+    (member,) = found.members
+    assert member.name == "cumulative_pitch_error"
+    assert member.choice["disc"] is None
+    assert member.parameters(found.coordinates(0))["phase_deg"] == pytest.approx(250.0, abs=1.0)
+    assert counted.recordings[0].placed.turn == pytest.approx(scan.placed.turn, abs=1e-4)
+    # Counted right, it stays.
+    assert counted_by_curves(counted, library, found, 1e4, lambda _: None)[0] is counted
 
 
 @pytest.mark.slow
