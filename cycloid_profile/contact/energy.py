@@ -14,13 +14,13 @@ import numpy as np
 from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
 from cycloid_profile.contact.hertz import ContactLaw, LineContact
 
-_NEWTON_STEPS = 80
-_HALVINGS = 40
-_ARMIJO = 1e-4
+NEWTON_STEPS = 80
+HALVINGS = 40
+ARMIJO = 1e-4
 # Energies this close, relative, differ by rounding alone.
-_ROUNDING = 1e-13
+ROUNDING = 1e-13
 # A trace of damping keeps the matrix regular while a disc floats between pins or in the play of its bearings.
-_DAMPING = 1e-9
+DAMPING = 1e-9
 
 
 class EnergyPoint(NamedTuple):
@@ -156,22 +156,22 @@ def minimise(problem: StageEnergy, start: FloatArray, tolerance: float) -> Minim
     step = start.copy()
     point = problem.at(step)
     energies = [point.energy]
-    for _ in range(_NEWTON_STEPS):
+    for _ in range(NEWTON_STEPS):
         moving = problem.imbalance(point) >= tolerance
         if not np.any(moving):
             break
         hessian = problem.hessian(point)
         diagonal = np.einsum("puu->pu", hessian)
-        diagonal += _DAMPING * np.max(diagonal, axis=-1, keepdims=True) / problem.arm**2
+        diagonal += DAMPING * np.max(diagonal, axis=-1, keepdims=True) / problem.arm**2
         direction = -np.linalg.solve(hessian, point.gradient[..., np.newaxis])[..., 0]
         direction[~moving] = 0.0
         slope = np.sum(point.gradient * direction, axis=-1)
-        slack = _ROUNDING * (np.abs(point.energy) + np.abs(problem.torque * problem.rotation))
+        slack = ROUNDING * (np.abs(point.energy) + np.abs(problem.torque * problem.rotation))
         fraction = np.ones(len(step))
-        for _ in range(_HALVINGS):
+        for _ in range(HALVINGS):
             trial = step + fraction[:, np.newaxis] * direction
             found = problem.at(trial)
-            too_far = found.energy > point.energy + _ARMIJO * fraction * slope + slack
+            too_far = found.energy > point.energy + ARMIJO * fraction * slope + slack
             if not np.any(too_far):
                 break
             fraction[too_far] *= 0.5

@@ -150,13 +150,10 @@ def _nearest(profile: ToothProfile, centre: ComplexArray, start: FloatArray, lob
     best = _foot_on(profile, centre, start, side, lobe)
     if profile.corners:
         best = best.nearer(_foot_on(profile, centre, start, -side, lobe))
-    beds, offsets = _beds(profile)
-    bed = beds[0] if lobe is None else beds[np.mod(lobe, len(beds)).astype(np.intp)]
+    _, offsets = _beds(profile)
     # A point nearer to a foot than the least concave radius has no other foot there.
-    beyond = ~(np.abs(best.away) < bed)
+    beyond = ~(np.abs(best.away) < least_bed(profile, start, lobe))
     from_root = start - 2.0 * math.pi * np.round(start / (2.0 * math.pi))
-    if offsets is None:
-        beyond &= np.abs(from_root) < _REACH
     if not np.any(beyond):
         return best
     found = best.at(beyond)
@@ -164,6 +161,18 @@ def _nearest(profile: ToothProfile, centre: ComplexArray, start: FloatArray, lob
     for begin in _further_starts(profile, centre[beyond], start[beyond], from_root[beyond], at_lobe, offsets):
         found = found.nearer(_foot_on(profile, centre[beyond], begin, _flank(profile, begin), at_lobe))
     return best.replaced(beyond, found)
+
+
+def least_bed(profile: ToothProfile, phase: FloatArray, lobe: FloatArray | None) -> FloatArray:
+    """Distance below which a foot near ``phase`` is the nearest, in its shape: the least concave radius of the lobe,
+    infinite where no other foot can lie [mm].
+    """
+    beds, offsets = _beds(profile)
+    bed = beds[0] if lobe is None or len(beds) == 1 else beds[np.mod(lobe, len(beds)).astype(np.intp)]
+    if offsets is not None:
+        return np.broadcast_to(bed, phase.shape)
+    from_root = phase - 2.0 * math.pi * np.round(phase / (2.0 * math.pi))
+    return np.where(np.abs(from_root) < _REACH, bed, np.inf)
 
 
 def _further_starts(

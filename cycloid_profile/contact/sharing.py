@@ -30,15 +30,17 @@ STATUSES = tuple(Status)
 @dataclass(frozen=True, slots=True)
 class StagePlace:
     """Where the parts of a stage rest: ``rotation`` of the output, shape (poses,) [rad], and ``motion`` (x, y, θ) of
-    each disc from its nominal place, shape (poses, discs, 3) [mm, mm, rad].
+    each disc from its nominal place, shape (poses, discs, 3) [mm, mm, rad]; ``foot`` of each pin on its tooth, shape
+    (poses, discs, pins), if known [rad].
     """
 
     rotation: FloatArray
     motion: FloatArray
+    foot: FloatArray | None = None
 
     def poses(self, which: slice | IntArray) -> StagePlace:
         """The place at some of the poses."""
-        return StagePlace(self.rotation[which], self.motion[which])
+        return StagePlace(self.rotation[which], self.motion[which], None if self.foot is None else self.foot[which])
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,13 +48,15 @@ class StageMotion:
     """How the discs of a whole stage lie under load, and what their bearings carry.
 
     ``meshing`` of all discs; ``motion`` (x, y, θ) of each disc from its nominal place, shape
-    (poses, discs, 3) [mm, mm, rad]; ``normal`` of each pin contact, outwards from the disc, housing frame,
-    shape (poses, discs, pins); ``bearing_force`` that the eccentric puts on the disc, x + iy in the housing
-    frame, shape (poses, discs, bearings of a disc) [N]; ``energy``, total potential, shape (poses,) [N·mm].
+    (poses, discs, 3) [mm, mm, rad]; ``foot``, phase of the foot of each pin on its tooth [rad], and ``normal`` of each
+    pin contact, outwards from the disc, housing frame, shape (poses, discs, pins); ``bearing_force`` that the eccentric
+    puts on the disc, x + iy in the housing frame, shape (poses, discs, bearings of a disc) [N]; ``energy``, total
+    potential, shape (poses,) [N·mm].
     """
 
     meshing: Meshing
     motion: FloatArray
+    foot: FloatArray
     normal: ComplexArray
     bearing_force: ComplexArray
     energy: FloatArray
@@ -150,7 +154,7 @@ class LoadSharing:
     def place(self) -> StagePlace:
         """Where the parts of a whole stage rest."""
         assert self.stage is not None
-        return StagePlace(self.rotation, self.stage.motion)
+        return StagePlace(self.rotation, self.stage.motion, self.stage.foot)
 
     @property
     def twist(self) -> FloatArray:
@@ -186,7 +190,7 @@ def joined(blocks: list[LoadSharing]) -> LoadSharing:
 
 
 def _joined_stages(blocks: list[StageMotion]) -> StageMotion:
-    names = ("motion", "normal", "bearing_force", "energy")
+    names = ("motion", "foot", "normal", "bearing_force", "energy")
     return StageMotion(
         meshing=Meshing.of_blocks([block.meshing for block in blocks]),
         **{name: np.concatenate([getattr(block, name) for block in blocks]) for name in names},

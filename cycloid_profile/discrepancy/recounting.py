@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
+
 from cycloid_profile.discrepancy.candidates import Candidate
 from cycloid_profile.discrepancy.evidence import search
 from cycloid_profile.discrepancy.exact import ExactModel
@@ -82,7 +84,13 @@ def counted_by_curves(
     tell("which lobe is the first: single effects on the other files")
     linear = search(equations, counting.priors, 1)
     shown = 2.0 * linear[0].log_evidence if linear else 0.0
-    singles = leading_singles(few_others, counting, equations, shown, lambda _: None)
+    shown_by_best = few_others.state(best.members, best.u)
+    hopeless = np.inf if shown_by_best is None else shown_by_best.chi2
+    singles = [
+        single
+        for single in leading_singles(few_others, counting, equations, shown, lambda _: None)
+        if single.chi2 < hopeless
+    ]
     leading = list({single.members[0]: single for single in reversed(singles)}.values())[::-1][:_LEADING]
     found = model
     for one in [each for single in leading for each in (single, *(turned for _, turned in single.turned_round()))]:

@@ -146,8 +146,11 @@ def predict_curves(
 def _place(near: Sequence[CurvePrediction]) -> StagePlace:
     """Where the stage rests in all rows of some predictions."""
     places = [term.sharing.place for one in near for term in one.terms]
+    feet = [place.foot for place in places if place.foot is not None]
     return StagePlace(
-        np.concatenate([place.rotation for place in places]), np.concatenate([place.motion for place in places])
+        np.concatenate([place.rotation for place in places]),
+        np.concatenate([place.motion for place in places]),
+        np.concatenate(feet) if len(feet) == len(places) else None,
     )
 
 
@@ -182,7 +185,7 @@ def _part(sharing: LoadSharing, which: slice | IntArray) -> LoadSharing:
     }
     stage = sharing.stage
     if stage is not None:
-        names = ("motion", "normal", "bearing_force", "energy")
+        names = ("motion", "foot", "normal", "bearing_force", "energy")
         of_stage: dict[str, Any] = {name: getattr(stage, name)[which] for name in names}
         stage = replace(stage, meshing=stage.meshing.poses(which), **of_stage)
     return replace(sharing, **arrays, max_force=float(np.max(arrays["force"], initial=0.0)), stage=stage)

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cycloid_profile.contact import stage
+from cycloid_profile.contact import stage_block
 from cycloid_profile.contact.backlash import backlash, first_touch, input_locked_factor
 from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.contact.equilibrium import Equilibrium
@@ -132,7 +132,7 @@ def test_unreachable_tolerance_is_reported_at_every_pose(rv40e, rated_torque):
 
 
 def test_missing_touch_is_reported_at_every_pose(rv40e, rated_torque, monkeypatch):
-    monkeypatch.setattr("cycloid_profile.contact.stage._TOUCH_STEPS", 1)
+    monkeypatch.setattr("cycloid_profile.contact.stage_block._TOUCH_STEPS", 1)
     state = solved(rv40e, rated_torque, Equidistant(0.006))
     assert state.statuses == (Status.NO_CONTACT,) * 4
 
@@ -142,7 +142,7 @@ def test_a_lost_pose_does_not_stop_the_others(rv40e, monkeypatch, rated_torque):
     case = LoadCase(rv40e, modify(rv40e.theoretical_profile, Equidistant(0.006)), rated_torque)
     poses = mesh_cycle(rv40e.trochoid, 5)
     alone = StageEquilibrium().at(case, poses)
-    minimise = stage.minimise
+    minimise = stage_block.minimise
 
     calls = []
 
@@ -154,7 +154,7 @@ def test_a_lost_pose_does_not_stop_the_others(rv40e, monkeypatch, rated_torque):
         calls.append(len(found.step))
         return found
 
-    monkeypatch.setattr(stage, "minimise", thrown)
+    monkeypatch.setattr(stage_block, "minimise", thrown)
     state = StageEquilibrium().at(case, poses)
     assert state.statuses[2] is Status.LOST
     assert list(state.settled) == [True, True, False, True, True]

@@ -15,7 +15,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cycloid_profile.contact import stage
+from cycloid_profile.contact import stage_block
 from cycloid_profile.contact.as_built import AS_DRAWN, AsBuilt
 from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.contact.equilibrium import Equilibrium
@@ -306,7 +306,7 @@ def test_equilibrium_is_the_least_energy(built, seed):
 @given(built_stages())
 @settings(max_examples=20)
 def test_energy_never_rises_on_the_way(built):
-    searches, minimise = [], stage.minimise
+    searches, minimise = [], stage_block.minimise
 
     def recorded(problem, start, tolerance):
         found = minimise(problem, start, tolerance)
@@ -314,7 +314,7 @@ def test_energy_never_rises_on_the_way(built):
         return found
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(stage, "minimise", recorded)
+        patch.setattr(stage_block, "minimise", recorded)
         StageEquilibrium(as_built=built.as_built).at(built.case, built.crank + np.linspace(0.0, 0.1, 3))
     assert searches
     for energies, torque, rotation in searches:

@@ -1,0 +1,243 @@
+"""One block of poses of a stage on its way to equilibrium, in numpy; ``near`` is a short cut to its answer."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from cycloid_profile.arrays import FloatArray, IntArray
+from cycloid_profile.contact.as_built import AsBuilt
+from cycloid_profile.contact.backlash import OVERLAP_TOLERANCE, closing_turn
+from cycloid_profile.contact.case import LoadCase
+from cycloid_profile.contact.energy import EnergyPoint, StageEnergy, minimise
+from cycloid_profile.contact.gap import Gaps, gaps
+from cycloid_profile.contact.meshing import mesh
+from cycloid_profile.contact.near import settled_near
+from cycloid_profile.contact.sharing import STATUSES, LoadSharing, StageMotion, StagePlace, Status
+from cycloid_profile.contact.support import support_model
+
+_REFRESHES = 80
+_WHOLE_STEPS = 6
+_TOUCH_STEPS = 40
+_TOUCHED = 1e-12  # rad
+# Rounding of the gaps, some 1e-14 mm, against a stiff contact: no balance comes closer than this.
+_ROUNDING_FORCE = 1e-7  # N
+_CONVERGED, _INTERFERENCE, _NO_CONTACT, _NOT_CONVERGED, _LOST = (STATUSES.index(s) for s in Status)
+
+
+class StageBlock:
+    """One block of poses on its way to equilibrium."""
+
+    def __init__(
+        self, case: LoadCase, as_built: AsBuilt, tolerance: float, crank_angle: FloatArray, torque: FloatArray
+    ) -> None:
+        self.case, self.as_built, self.tolerance, self.torque = case, as_built, tolerance, torque
+        self.direction = np.sign(torque)
+        self.meshing = mesh(case.drive.trochoid, crank_angle, case.drive.discs)
+        self.support = support_model(case.drive, self.meshing.crank_angle, as_built)
+        self.spring_matrix = self.support.spring_matrix
+
+    def solved(self, near: StagePlace | None = None) -> LoadSharing:
+        """Touch, then by turns the convex problem and exact gaps, until every pose has arrived or is lost."""
+        active = np.arange(len(self.torque))
+        if near is None:
+            begin, seen, outcome = self._rigid_touch()
+            touch, gap_at_touch, to_touch = begin[:, 0], seen.gap.copy(), np.zeros(len(begin))
+        else:
+            begin, outcome = self._unknowns(near), np.full(len(active), _CONVERGED)
+            touch, gap_at_touch = np.full(len(begin), np.nan), np.full_like(self.meshing.phase, np.nan)
+            rests = settled_near(
+                self.case, self.as_built, self.meshing, self.support, self.torque, self._tolerance(active),
+                self._overclosure(), begin, near.foot,
+            )  # fmt: skip
+            if rests is not None:
+                return self._sharing(rests[0], touch, gap_at_touch, outcome, rests[1])
+            seen = self._gaps(active, begin, None)
+            to_touch = self.direction * _finite(self._to_touch(active, seen))
+        # Pressed together a little: Newton then has forces to balance from the start.
+        pressed = self.support.rigid_motion * (to_touch + self._overclosure())[:, np.newaxis]
+        enough = 0.1 * self.tolerance
+        u = begin + minimise(self._energy(active, begin, seen), pressed, enough).step
+        imbalance = np.full(len(u), np.inf)
+        history: list[tuple[float, float]] = []
+        for refresh in range(_REFRESHES):
+            # A turn by a radian or a shift by the pin circle's radius is no small motion: such a pose is lost,
+            # and rests where it began.
+            gone = ~(np.max(np.abs(u[active] / self.support.arm), axis=-1) < 1.0)
+            u[active[gone]] = begin[active[gone]]
+            found = self._gaps(active, u, seen.foot[active])
+            gone |= np.any(np.isnan(found.gap), axis=(1, 2))
+            outcome[active[gone]] = _LOST
+            seen.put(active, found)
+            problem = self._energy(active, u, found)
+            point = problem.at(np.zeros_like(u[active]))
+            imbalance[active] = problem.imbalance(point)
+            history.append((float(np.max(point.force)), float(np.max(point.approach))))
+            todo = ~gone & ~(imbalance[active] < self._tolerance(active))
+            if not np.any(todo):
+                break
+            problem, active = problem.poses(todo), active[todo]
+            step = minimise(problem, np.zeros_like(u[active]), enough).step
+            # A disc afloat in its play and pressed from both sides can swing between two places.
+            u[active] += step if refresh < _WHOLE_STEPS else 0.5 * step
+        short = (outcome < _NO_CONTACT) & ~(imbalance < self._tolerance(np.arange(len(u))))
+        outcome[short] = _NOT_CONVERGED
+        return self._sharing(u, touch, gap_at_touch, outcome, seen, history)
+
+    def _unknowns(self, place: StagePlace) -> FloatArray:
+        """The unknowns of a place."""
+        u = np.zeros_like(self.support.rigid_motion)
+        u[:, self.support.disc_unknowns] = place.motion
+        u[:, 0] = place.rotation
+        return u
+
+    def _tolerance(self, active: IntArray) -> FloatArray:
+        """What the imbalance of each pose must fall below."""
+        floor = _ROUNDING_FORCE * self.case.drive.trochoid.pin_circle_radius / np.abs(self.torque[active])
+        tolerance: FloatArray = self.tolerance + floor if self.tolerance > 0.0 else np.zeros_like(floor)
+        return tolerance
+
+    def _gaps(self, active: IntArray, u: FloatArray, start: FloatArray | None) -> Gaps:
+        """Exact gaps at the active poses, each disc with its own tooth where they differ."""
+        as_built, case = self.as_built, self.case
+        meshing = self.meshing.poses(active)
+        motion = self.support.motion(u[active])
+        shift, turn = motion[..., 0] + 1j * motion[..., 1], motion[..., 2]
+        radius = case.drive.pin_radius + (0.0 if as_built.pin_oversize is None else as_built.pin_oversize)
+        pins = 0.0 if as_built.pin_shift is None else as_built.pin_shift
+        if as_built.teeth is None:
+            return gaps(case.profile, radius, meshing, shift, turn, pins, start)
+        discs = [
+            gaps(
+                tooth,
+                radius,
+                meshing.disc(j),
+                shift[:, j : j + 1],
+                turn[:, j : j + 1],
+                pins,
+                None if start is None else start[:, j : j + 1],
+            )
+            for j, tooth in enumerate(as_built.teeth)
+        ]
+        return Gaps.of_discs(discs)
+
+    def _rigid_touch(self) -> tuple[FloatArray, Gaps, IntArray]:
+        """Turn carrier and discs as one, bearings unstretched, until the first pin of any disc touches."""
+        support = self.support
+        u = np.zeros_like(support.rigid_motion)
+        active = np.arange(len(u))
+        seen = self._gaps(active, u, None)
+        outcome = np.full(len(u), _NO_CONTACT)
+        for _ in range(_TOUCH_STEPS):
+            turn = self._to_touch(active, seen)
+            touching = (np.abs(turn) < _TOUCHED) & ~np.any(np.isnan(seen.gap[active]), axis=(1, 2))
+            outcome[active[touching]] = _CONVERGED
+            active, turn = active[~touching], turn[~touching]
+            if not active.size:
+                break
+            step = self.direction[active] * _finite(turn)
+            u[active] += support.rigid_motion[active] * step[:, np.newaxis]
+            seen.put(active, self._gaps(active, u, seen.foot[active]))
+        overlap = np.min(seen.gap, axis=(1, 2)) < -OVERLAP_TOLERANCE
+        outcome[overlap & (outcome == _CONVERGED)] = _INTERFERENCE
+        return u, seen, outcome
+
+    def _to_touch(self, active: IntArray, seen: Gaps) -> FloatArray:
+        """Turn of carrier and discs as one, in the sense of the torque, that closes the first pin of the active
+        poses, its gap linear; infinite where none can be closed, shape (active,) [rad]."""
+        along = self.support.motion(self.support.rigid_motion[active])[:, :, np.newaxis]
+        n, gap = seen.normal[active], seen.gap[active]
+        arm = n.real * along[..., 0] + n.imag * along[..., 1] + seen.lever[active] * along[..., 2]
+        sense = self.direction[active, np.newaxis, np.newaxis]
+        turn: FloatArray = np.min(closing_turn(self.case.profile, gap, sense * arm), axis=(1, 2))
+        return turn
+
+    def _overclosure(self) -> FloatArray:
+        """A rotation that surely closes several pins, shape (poses,) [rad]."""
+        drive = self.case.drive
+        per_disc = np.abs(self.torque) / drive.discs / drive.trochoid.longest_lever
+        delta = self.case.law.approach(per_disc, self.case.line_contact(np.zeros_like(per_disc)))
+        return self.direction * delta / drive.trochoid.longest_lever
+
+    def _energy(self, active: IntArray, u: FloatArray, found: Gaps) -> StageEnergy:
+        support = self.support.poses(active)
+        return StageEnergy(
+            law=self.case.law,
+            contact=self.case.line_contact(found.curvature),
+            gap=found.gap,
+            normal_x=found.normal.real.copy(),
+            normal_y=found.normal.imag.copy(),
+            lever=found.lever,
+            disc_unknowns=support.disc_unknowns,
+            spring_stretch=support.spring_stretch,
+            spring_matrix=self.spring_matrix[active],
+            stretch=support.misfit + np.einsum("psdu,pu->psd", support.spring_stretch, u[active]),
+            bearing_stiffness=support.stiffness,
+            play=support.play,
+            torque=self.torque[active],
+            rotation=u[active, 0],
+            arm=support.arm,
+        )
+
+    def _sharing(
+        self,
+        u: FloatArray,
+        touch: FloatArray,
+        gap_at_touch: FloatArray,
+        outcome: IntArray,
+        seen: Gaps,
+        history: Sequence[tuple[float, float]] = (),
+    ) -> LoadSharing:
+        problem = self._energy(np.arange(len(u)), u, seen)
+        point = problem.at(np.zeros_like(u))
+        sense = self.direction[:, np.newaxis, np.newaxis]
+        bearings = point.bearing_force.reshape(len(u), self.case.drive.discs, -1, 2)
+        return LoadSharing(
+            case=self.case,
+            solver="stage",
+            crank_angle=self.meshing.crank_angle[:, 0],
+            torque=self.torque,
+            phase=sense * self.meshing.phase,
+            gap=gap_at_touch,
+            approach=np.maximum(point.approach, 0.0),
+            force=point.force,
+            pressure=self.case.law.peak_pressure(point.force, problem.contact),
+            lever=sense * problem.lever,
+            curvature=problem.contact.curvature,
+            pin_stiffness=point.stiffness,
+            rotation=u[:, 0],
+            touch=touch,
+            torsional_stiffness=_torsional_stiffness(problem, point),
+            residual=problem.imbalance(point),
+            outcome=outcome,
+            max_force=float(np.max(point.force)),
+            delta_max=float(np.max(point.approach, initial=0.0)),
+            history=tuple(history) or ((float(np.max(point.force)), float(np.max(point.approach))),),
+            stage=StageMotion(
+                meshing=self.meshing,
+                motion=self.support.motion(u),
+                foot=seen.foot,
+                normal=problem.normal_x + 1j * problem.normal_y,
+                bearing_force=bearings[..., 0] + 1j * bearings[..., 1],
+                energy=point.energy,
+            ),
+        )
+
+
+def _finite(turn: FloatArray) -> FloatArray:
+    """The turn, zero where there is none."""
+    return np.where(np.isfinite(turn), turn, 0.0)
+
+
+def _torsional_stiffness(problem: StageEnergy, point: EnergyPoint) -> FloatArray:
+    """dT/dΘ at the equilibrium with every disc free to follow, shape (poses,) [N·mm/rad]."""
+    hessian = problem.hessian(point)
+    # A pose without gaps has no stiffness either, and must not stop the others.
+    lost = np.any(np.isnan(hessian), axis=(1, 2))
+    hessian[lost] = 0.0
+    discs, coupling = hessian[:, 1:, 1:], hessian[:, 1:, :1]
+    # A disc afloat has nothing to follow with: pinv leaves it where it is.
+    follow = np.linalg.pinv(discs, hermitian=True, rcond=1e-12) @ coupling
+    stiffness: FloatArray = hessian[:, 0, 0] - np.sum(coupling * follow, axis=(1, 2))
+    return np.where(lost, np.nan, stiffness)
