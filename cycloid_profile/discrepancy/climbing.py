@@ -69,7 +69,7 @@ class Climb:
 
     def up(self, starts: Sequence[Start], rounds: int) -> Optimum:
         """The best set within reach of the best of ``starts``."""
-        best = self._rescored(starts, nothing(self.model))
+        best = self._rescored(starts, nothing(self.model), self._sieve)
         for number in range(rounds):
             self.tell(f"search about the best set so far, round {number + 1}")
             equations = about(self.model, self.library, best)
@@ -78,22 +78,30 @@ class Climb:
             if not proposals:
                 break
             short = self._thorough or leaves_something(self.model, best)
-            challenger = self._rescored(self._proposed(equations, proposals, len(places), short), best)
+            challenger = self._rescored(self._proposed(equations, proposals, len(places), short), best, self._sieve)
             if short and not challenger.log_evidence > best.log_evidence + _BETTER:
-                challenger = self._rescored(self._new(equations, self._neighbours(equations, places)), best)
+                challenger = self._rescored(
+                    self._new(equations, self._neighbours(equations, places)), best, self._sieve
+                )
             if not challenger.log_evidence > best.log_evidence + _BETTER and not self.model.only_scans:
-                challenger = self._rescored(self._new(equations, self._elsewhere(equations, places)), best)
+                challenger = self._rescored(self._new(equations, self._elsewhere(equations, places)), best, self._sieve)
             if not challenger.log_evidence > best.log_evidence + _BETTER:
                 break
             best = challenger
         return best
 
-    def _rescored(self, starts: Sequence[Start], best: Optimum) -> Optimum:
-        """The best of sets fitted on the exact model, and of what was the best before."""
+    def judged(self, optima: Sequence[Optimum], best: Optimum) -> Optimum:
+        """The best of sets that few rows leave open, fitted on the exact model, and of what was the best before."""
+        starts = [(self.library.places(one.members), one.u) for one in optima]
+        self._rescorings_left = max(self._rescorings_left, len(starts))
+        return self._rescored(starts, best, None)
+
+    def _rescored(self, starts: Sequence[Start], best: Optimum, sieve: ExactModel | None) -> Optimum:
+        """The best of sets that pass the ``sieve``, fitted on the exact model, and of what was the best before."""
         asked = {tuple(sorted(members)): (members, u) for members, u in reversed(starts)}
         fresh = [start for key, start in reversed(asked.items()) if key not in self.found]
-        if self._sieve is not None and best.members:
-            fresh = self._sieved(self._sieve, fresh, best)
+        if sieve is not None and best.members:
+            fresh = self._sieved(sieve, fresh, best)
         fresh = fresh[: self._rescorings_left]
         self._rescorings_left -= len(fresh)
         beat = best.misfit if best.members else np.inf

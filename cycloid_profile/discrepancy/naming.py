@@ -13,6 +13,7 @@ from cycloid_profile.discrepancy.chatter_waves import chatter_peaks
 from cycloid_profile.discrepancy.climbing import Climb, about, contributes, nothing
 from cycloid_profile.discrepancy.evidence import estimate
 from cycloid_profile.discrepancy.exact import ExactModel, State
+from cycloid_profile.discrepancy.exchange import exchanged
 from cycloid_profile.discrepancy.few_rows import named_on_few_rows
 from cycloid_profile.discrepancy.library import Library
 from cycloid_profile.discrepancy.normal import Normal
@@ -60,6 +61,10 @@ def named(
         tell("rescoring on the exact model with all rows")
         climb.up(starts, _FINAL_ROUNDS)
         best = _first_that_contributes(climb)
+        if best.members and not model.only_scans:
+            tell("one name for another on the exact model")
+            exchanged(climb, fewest(model, gain), best)
+            best = _first_that_contributes(climb)
         counted, begin = counted_anew(model, fewest(model, gain), library, best)
         if counted is model or number == _RECOUNTS:
             break
