@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,10 @@ from cycloid_profile.geometry.drive import Cranks, Drive, InvoluteStage
 from cycloid_profile.geometry.profile import ToothProfile
 from cycloid_profile.geometry.trochoid import Trochoid
 from cycloid_profile.spec.read import read_spec
+
+# One process a core: compiled code that takes all cores in each of them only waits.
+if "PYTEST_XDIST_WORKER" in os.environ:
+    os.environ.setdefault("NUMBA_NUM_THREADS", "1")
 
 # The suite must say the same twice: examples are drawn from a fixed seed. Hunt with
 # ``--hypothesis-profile=explore``, which draws new ones each time.

@@ -61,7 +61,7 @@ def named(
         tell("rescoring on the exact model with all rows")
         climb.up(starts, _FINAL_ROUNDS)
         best = _first_that_contributes(climb)
-        if best.members and not model.only_scans:
+        if best.members and not (model.only_scans or model.only_loops):
             tell("one name for another on the exact model")
             exchanged(climb, fewest(model, gain), best)
             best = _first_that_contributes(climb)

@@ -25,6 +25,7 @@ from cycloid_profile.spec.read import parse_spec
 from cycloid_profile.units import sign_of
 from tests.discrepancy.blind import Hidden, Reducer, spec_text
 from tests.discrepancy.blind.cases import measured
+from tests.discrepancy.workers import one_core
 
 POWER = 0.95
 _SETTINGS = {"turn_deg": 2.0, "offset_um": [0.0, 0.0], "output_angle_deg": 5.73, "friction_form": "coulomb"}
@@ -70,7 +71,7 @@ def table(file: str, runs: int, workers: int, power: float = POWER) -> list[str]
         if np.isfinite(ours) and ours < 3.0 * candidate.width and not candidate.inverse:
             chosen[candidate.name] = (candidate, least, ours)
     lines = []
-    with ProcessPoolExecutor(workers) as pool:
+    with ProcessPoolExecutor(workers, initializer=one_core) as pool:
         for name, (candidate, least, ours) in chosen.items():
             asked = [(file, candidate, ours, 7000 + k) for k in range(runs)]
             hits = sum(pool.map(found, asked))

@@ -28,6 +28,7 @@ from tests.discrepancy.baseline import named_by_bic
 from tests.discrepancy.blind import Case, Reducer, draw_case, spec_text
 from tests.discrepancy.blind.cases import measured
 from tests.discrepancy.separable import Scaled, seen
+from tests.discrepancy.workers import one_core
 
 # Pairs that no ordinary measurement tells apart: naming one with the other in its group is right.
 ALIASES = ({"radial_moving_error", "thermal_growth"},)
@@ -264,7 +265,7 @@ def questions(seed: int, share: float = 1.0) -> list[Question]:
 def run(asked: Sequence[Question], workers: int, out: Path | None = None) -> list[Answer]:
     """All answers, in order; each is written to ``out`` as it comes."""
     answers = []
-    with ProcessPoolExecutor(workers) as pool:
+    with ProcessPoolExecutor(workers, initializer=one_core) as pool:
         for number, answer in enumerate(pool.map(ask, asked, chunksize=1), 1):
             answers.append(answer)
             print(f"\r{number} of {len(asked)}", end="", file=sys.stderr, flush=True)
