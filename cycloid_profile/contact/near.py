@@ -24,7 +24,8 @@ from cycloid_profile.geometry.profile import ToothProfile
 _NUMBA = find_spec("numba") is not None
 # Poses × pins; below, the compiled code would take longer to load than it saves.
 _WORTH_COMPILING = 4000
-_REFRESHES, _WHOLE_STEPS = 80, 6
+# Rounds of exact gaps, and of whole steps among them: a disc afloat in its play can swing between two places.
+REFRESHES, WHOLE_STEPS = 80, 6
 _ROUNDS = 5
 # A removal of micrometres errs by its third derivative times a sixth of the cube of this: below 1e-11 mm.
 _SERIES_HOLDS = 3e-4  # rad
@@ -80,7 +81,7 @@ def settled_near(
             np.ascontiguousarray(support.misfit), float(support.stiffness), float(support.play), np.array(torque),
             support.arm, np.ascontiguousarray(support.rigid_motion),
             LEAST_REACH * case.profile.trochoid.longest_lever, overclosure, tolerance,
-            np.array([_REFRESHES, _WHOLE_STEPS]), u, found, gap, frame, curvature, settled,
+            np.array([REFRESHES, WHOLE_STEPS]), u, found, gap, frame, curvature, settled,
         )  # fmt: skip
         if not np.all(settled):
             return None

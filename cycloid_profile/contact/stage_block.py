@@ -13,12 +13,10 @@ from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.contact.energy import EnergyPoint, StageEnergy, minimise
 from cycloid_profile.contact.gap import Gaps, gaps
 from cycloid_profile.contact.meshing import mesh
-from cycloid_profile.contact.near import settled_near
+from cycloid_profile.contact.near import REFRESHES, WHOLE_STEPS, settled_near
 from cycloid_profile.contact.sharing import STATUSES, LoadSharing, StageMotion, StagePlace, Status
 from cycloid_profile.contact.support import support_model
 
-_REFRESHES = 80
-_WHOLE_STEPS = 6
 _TOUCH_STEPS = 40
 _TOUCHED = 1e-12  # rad
 # Rounding of the gaps, some 1e-14 mm, against a stiff contact: no balance comes closer than this.
@@ -61,7 +59,7 @@ class StageBlock:
         u = begin + minimise(self._energy(active, begin, seen), pressed, enough).step
         imbalance = np.full(len(u), np.inf)
         history: list[tuple[float, float]] = []
-        for refresh in range(_REFRESHES):
+        for refresh in range(REFRESHES):
             # A turn by a radian or a shift by the pin circle's radius is no small motion: such a pose is lost,
             # and rests where it began.
             gone = ~(np.max(np.abs(u[active] / self.support.arm), axis=-1) < 1.0)
@@ -80,7 +78,7 @@ class StageBlock:
             problem, active = problem.poses(todo), active[todo]
             step = minimise(problem, np.zeros_like(u[active]), enough).step
             # A disc afloat in its play and pressed from both sides can swing between two places.
-            u[active] += step if refresh < _WHOLE_STEPS else 0.5 * step
+            u[active] += step if refresh < WHOLE_STEPS else 0.5 * step
         short = (outcome < _NO_CONTACT) & ~(imbalance < self._tolerance(np.arange(len(u))))
         outcome[short] = _NOT_CONVERGED
         return self._sharing(u, touch, gap_at_touch, outcome, seen, history)
