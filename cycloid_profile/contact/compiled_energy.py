@@ -76,6 +76,7 @@ def least_energy(  # pragma: no cover - compiled, out of the sight of the covera
 
 @njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
 def imbalance(gradient: FloatArray, arm: FloatArray, torque: float) -> float:  # pragma: no cover
+    """Largest generalised force out of balance, as a moment over the torque; infinite where one is NaN."""
     worst: float = 0.0
     for a in range(arm.size):
         worst = max(worst, abs(gradient[a]) * arm[a])
@@ -159,6 +160,7 @@ def fill_hessian(  # pragma: no cover
     now: FloatArray,
     hessian: FloatArray,
 ) -> None:
+    """Fill the second derivative of the energy, where ``energy_at`` left stiffnesses and stretch."""
     hessian[:] = 0.0
     discs, pins = stiffness.shape
     unknowns = len(hessian)

@@ -150,12 +150,14 @@ def _nearest(profile: ToothProfile, centre: ComplexArray, start: FloatArray, lob
     best = _foot_on(profile, centre, start, side, lobe)
     if profile.corners:
         best = best.nearer(_foot_on(profile, centre, start, -side, lobe))
-    _, offsets = _beds(profile)
-    # A point nearer to a foot than the least concave radius has no other foot there.
-    beyond = ~(np.abs(best.away) < least_bed(profile, start, lobe))
-    from_root = start - 2.0 * math.pi * np.round(start / (2.0 * math.pi))
+    bed = least_bed(profile, start, lobe)
+    # A point nearer to a foot than the least concave radius has no other foot there. One without a foot is not below
+    # any bed, and is sought further only where there may be another.
+    beyond = ~(np.abs(best.away) < bed) & np.isfinite(bed)
     if not np.any(beyond):
         return best
+    _, offsets = _beds(profile)
+    from_root = _from_root(start)
     found = best.at(beyond)
     at_lobe = None if lobe is None else np.broadcast_to(lobe, centre.shape)[beyond]
     for begin in _further_starts(profile, centre[beyond], start[beyond], from_root[beyond], at_lobe, offsets):
@@ -171,8 +173,13 @@ def least_bed(profile: ToothProfile, phase: FloatArray, lobe: FloatArray | None)
     bed = beds[0] if lobe is None or len(beds) == 1 else beds[np.mod(lobe, len(beds)).astype(np.intp)]
     if offsets is not None:
         return np.broadcast_to(bed, phase.shape)
-    from_root = phase - 2.0 * math.pi * np.round(phase / (2.0 * math.pi))
-    return np.where(np.abs(from_root) < _REACH, bed, np.inf)
+    return np.where(np.abs(_from_root(phase)) < _REACH, bed, np.inf)
+
+
+def _from_root(phase: FloatArray) -> FloatArray:
+    """Phase counted from the nearest root [rad]."""
+    from_root: FloatArray = phase - 2.0 * math.pi * np.round(phase / (2.0 * math.pi))
+    return from_root
 
 
 def _further_starts(

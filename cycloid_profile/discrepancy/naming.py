@@ -55,26 +55,28 @@ def named(
     waves = max((r.rows.size for r in model.recordings if r.kind == "profile_scan"), default=2)
     library = Library((*candidates, *_chatter(model.nothing, ())), waves)
     model, climb, starts, gain = named_on_few_rows(model, library, tell, thorough)
+    few = fewest(model, gain)
     if climb is None:
-        climb = Climb(model, library, _RESCORINGS, tell, thorough=thorough, sieve=fewest(model, gain))
+        climb = Climb(model, library, _RESCORINGS, tell, thorough=thorough, sieve=few)
     for number in range(_RECOUNTS + 1):
         tell("rescoring on the exact model with all rows")
         climb.up(starts, _FINAL_ROUNDS)
         best = _first_that_contributes(climb)
         if best.members and not (model.only_scans or model.only_loops):
             tell("one name for another on the exact model")
-            exchanged(climb, fewest(model, gain), best)
+            exchanged(climb, few, best)
             best = _first_that_contributes(climb)
-        counted, begin = counted_anew(model, fewest(model, gain), library, best)
+        counted, begin = counted_anew(model, few, library, best)
         if counted is model or number == _RECOUNTS:
             break
         model, starts = counted, [(library.places(best.members), begin.u)]
-        climb = Climb(model, library, _RESCORINGS, tell, thorough=thorough, sieve=fewest(model, gain))
+        few = fewest(model, gain)
+        climb = Climb(model, library, _RESCORINGS, tell, thorough=thorough, sieve=few)
     more = _chatter(model.at(best), best.members)
     if more and best.members:
         # Waves that stood below what larger effects made of the spectrum.
         library = library.with_more(more)
-        climb = Climb(model, library, _RESCORINGS, tell, climb.found, thorough, fewest(model, gain))
+        climb = Climb(model, library, _RESCORINGS, tell, climb.found, thorough, few)
         climb.up([(library.places(best.members), best.u)], _FINAL_ROUNDS)
         best = _first_that_contributes(climb)
     return Named(best, model, library, about(model, library, best), tuple(climb.ranked))
