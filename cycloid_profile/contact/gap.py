@@ -50,6 +50,10 @@ class Gaps:
         joined = ([getattr(disc, field.name) for disc in discs] for field in fields(Gaps))
         return Gaps(*(np.concatenate(parts, axis=1) for parts in joined))
 
+    def poses(self, which: IntArray) -> Gaps:
+        """The gaps at some of the poses."""
+        return Gaps(*(getattr(self, field.name)[which] for field in fields(Gaps)))
+
     def put(self, poses: IntArray, others: Gaps) -> None:
         """Write the gaps of some poses, found anew, in their place."""
         for field in fields(Gaps):

@@ -11,7 +11,7 @@ from importlib.util import find_spec
 
 import numpy as np
 
-from cycloid_profile.arrays import FloatArray
+from cycloid_profile.arrays import BoolArray, FloatArray
 from cycloid_profile.contact.as_built import AsBuilt
 from cycloid_profile.contact.backlash import LEAST_REACH
 from cycloid_profile.contact.case import LoadCase
@@ -42,24 +42,25 @@ def settled_near(
     overclosure: FloatArray,
     begin: FloatArray,
     foot: FloatArray | None,
-) -> tuple[FloatArray, Gaps] | None:
-    """Unknowns at equilibrium, shape (poses, unknowns), and the gaps there, found from the unknowns ``begin`` and the
-    feet near them, shape (poses, discs, pins).
+) -> tuple[FloatArray, Gaps, BoolArray] | None:
+    """Unknowns at equilibrium, shape (poses, unknowns), the gaps there, and the poses that this holds for, found from
+    the unknowns ``begin`` and the feet near them, shape (poses, discs, pins).
 
-    None where the plain way is the only one: without numba, for another contact law, teeth with corners or measured
-    points, poses that do not settle, pins that may have a second foot.
+    On a tooth with corners the gaps are those of its smooth branches near the feet, and a balance is to be checked with
+    exact ones. A pose is left out that does not settle, or with a pin that may have a second foot. None where the plain
+    way is the only one or no slower: without numba, for another contact law, few poses, measured points.
     """
-    teeth = [case.profile] * case.drive.discs if as_built.teeth is None else list(as_built.teeth)
     if not (_NUMBA and isinstance(case.law, Logarithmic) and meshing.phase.size >= _WORTH_COMPILING):
         return None
-    if any(tooth.corners or any(r.spacing is not None for r in tooth.removals) for tooth in teeth):
+    teeth = [case.profile] * case.drive.discs if as_built.teeth is None else list(as_built.teeth)
+    if any(removal.spacing is not None for tooth in teeth for removal in tooth.removals):
         return None
     from cycloid_profile.contact.compiled_stage import settle
 
     u, shape = begin.copy(), meshing.phase.shape
     found = np.broadcast_to(meshing.phase if foot is None else foot, shape).copy()
-    if not (np.all(np.isfinite(u)) and np.all(np.isfinite(found))):
-        return None
+    known = np.all(np.isfinite(u), axis=-1) & np.all(np.isfinite(found), axis=(1, 2))
+    u[~known], found[~known] = 0.0, meshing.phase[~known]
     contact = case.line_contact(np.zeros(1))
     scale = case.law.scale(contact)
     drive, pins = case.drive, shape[-1]
@@ -67,7 +68,8 @@ def settled_near(
     gap, curvature, settled = np.empty(shape), np.empty(shape), np.zeros(shape[0], dtype=np.bool_)
     frame = np.empty((shape[0], 3, *shape[1:]))
     constants = np.array([_constants(tooth) for tooth in teeth])
-    bed = np.stack([least_bed(tooth, found[:, j], meshing.lobe[:, j]) for j, tooth in enumerate(teeth)], axis=1)
+    bed = np.stack([_bed(tooth, found[:, j], meshing.lobe[:, j]) for j, tooth in enumerate(teeth)], axis=1)
+    holds = known
     for _ in range(_ROUNDS):
         about = found.copy()
         settle(
@@ -83,12 +85,18 @@ def settled_near(
             LEAST_REACH * case.profile.trochoid.longest_lever, overclosure, tolerance,
             np.array([REFRESHES, WHOLE_STEPS]), u, found, gap, frame, curvature, settled,
         )  # fmt: skip
-        if not np.all(settled):
-            return None
-        moved = np.abs(found - about)[gap < _MATTERS]
-        if not any(tooth.removals for tooth in teeth) or float(np.max(moved, initial=0.0)) < _SERIES_HOLDS:
-            return u, Gaps(gap, found, frame[:, 0] + 1j * frame[:, 1], frame[:, 2], curvature)
-    return None
+        moved = np.where(gap < _MATTERS, np.abs(found - about), 0.0)
+        holds = known & settled
+        if any(tooth.removals for tooth in teeth):
+            holds &= np.max(moved, axis=(1, 2)) < _SERIES_HOLDS
+        if np.all(holds | ~(known & settled)):
+            break
+    return u, Gaps(gap, found, frame[:, 0] + 1j * frame[:, 1], frame[:, 2], curvature), holds
+
+
+def _bed(tooth: ToothProfile, foot: FloatArray, lobe: FloatArray) -> FloatArray:
+    """Distance below which a foot is the nearest; where that is checked later, none is too far."""
+    return np.full(foot.shape, np.inf) if tooth.corners else least_bed(tooth, foot, lobe)
 
 
 def _constants(tooth: ToothProfile) -> tuple[float, ...]:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cycloid_profile.arrays import FloatArray, IntArray
+from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
 from cycloid_profile.contact.as_built import AsBuilt
 from cycloid_profile.contact.backlash import OVERLAP_TOLERANCE, closing_turn
 from cycloid_profile.contact.case import LoadCase
@@ -37,22 +37,64 @@ class StageBlock:
         self.spring_matrix = self.support.spring_matrix
 
     def solved(self, near: StagePlace | None = None) -> LoadSharing:
-        """Touch, then by turns the convex problem and exact gaps, until every pose has arrived or is lost."""
-        active = np.arange(len(self.torque))
-        if near is None:
-            begin, seen, outcome = self._rigid_touch()
-            touch, gap_at_touch, to_touch = begin[:, 0], seen.gap.copy(), np.zeros(len(begin))
+        """Every pose at equilibrium, or with the reason why it has none."""
+        if near is not None:
+            return self._solved_beside(near)
+        begin, seen, outcome = self._rigid_touch()
+        touch, gap_at_touch = begin[:, 0], seen.gap.copy()
+        u, history = self._searched(begin, seen, np.zeros(len(begin)), outcome)
+        return self._sharing(u, touch, gap_at_touch, outcome, seen, history)
+
+    def _solved_beside(self, near: StagePlace) -> LoadSharing:
+        """The same where first touch is not looked for; the plain search takes the poses that the short cut leaves."""
+        begin, outcome = self._unknowns(near), np.full(len(self.torque), _CONVERGED)
+        everywhere, history = np.arange(len(begin)), list[tuple[float, float]]()
+        rests = settled_near(
+            self.case, self.as_built, self.meshing, self.support, self.torque, self._tolerance(everywhere),
+            self._overclosure(), begin, near.foot,
+        )  # fmt: skip
+        if rests is None:
+            u, seen, history = self._searched_from(begin, outcome)
         else:
-            begin, outcome = self._unknowns(near), np.full(len(active), _CONVERGED)
-            touch, gap_at_touch = np.full(len(begin), np.nan), np.full_like(self.meshing.phase, np.nan)
-            rests = settled_near(
-                self.case, self.as_built, self.meshing, self.support, self.torque, self._tolerance(active),
-                self._overclosure(), begin, near.foot,
-            )  # fmt: skip
-            if rests is not None:
-                return self._sharing(rests[0], touch, gap_at_touch, outcome, rests[1])
-            seen = self._gaps(active, begin, None)
-            to_touch = self.direction * _finite(self._to_touch(active, seen))
+            u, seen, settled = rests
+            if any(tooth.corners for tooth in self.as_built.teeth or [self.case.profile]):
+                settled[settled] = self._balanced(everywhere[settled], u, seen)
+            left = everywhere[~settled]
+            if left.size:
+                others = StageBlock(
+                    self.case, self.as_built, self.tolerance, self.meshing.crank_angle[left, 0], self.torque[left]
+                )
+                how = outcome[left]
+                u[left], found, history = others._searched_from(begin[left], how)
+                seen.put(left, found)
+                outcome[left] = how
+        none = np.full(self.meshing.phase.shape, np.nan)
+        return self._sharing(u, none[:, 0, 0], none, outcome, seen, history)
+
+    def _balanced(self, active: IntArray, u: FloatArray, seen: Gaps) -> BoolArray:
+        """Whether the active poses balance with exact gaps, which are written into ``seen``."""
+        seen.put(active, self._gaps(active, u, seen.foot[active]))
+        problem = self._energy(active, u, seen.poses(active))
+        balanced: BoolArray = problem.imbalance(problem.at(np.zeros_like(u[active]))) < self._tolerance(active)
+        return balanced
+
+    def _searched_from(
+        self, begin: FloatArray, outcome: IntArray
+    ) -> tuple[FloatArray, Gaps, list[tuple[float, float]]]:
+        """The search from unknowns near the equilibrium."""
+        active = np.arange(len(begin))
+        seen = self._gaps(active, begin, None)
+        to_touch = self.direction * _finite(self._to_touch(active, seen))
+        u, history = self._searched(begin, seen, to_touch, outcome)
+        return u, seen, history
+
+    def _searched(
+        self, begin: FloatArray, seen: Gaps, to_touch: FloatArray, outcome: IntArray
+    ) -> tuple[FloatArray, list[tuple[float, float]]]:
+        """By turns the convex problem and exact gaps, until every pose has arrived or is lost: the unknowns, and the
+        largest force and approach of each turn. ``seen`` and ``outcome`` are kept up to date.
+        """
+        active = np.arange(len(begin))
         # Pressed together a little: Newton then has forces to balance from the start.
         pressed = self.support.rigid_motion * (to_touch + self._overclosure())[:, np.newaxis]
         enough = 0.1 * self.tolerance
@@ -81,7 +123,7 @@ class StageBlock:
             u[active] += step if refresh < WHOLE_STEPS else 0.5 * step
         short = (outcome < _NO_CONTACT) & ~(imbalance < self._tolerance(np.arange(len(u))))
         outcome[short] = _NOT_CONVERGED
-        return self._sharing(u, touch, gap_at_touch, outcome, seen, history)
+        return u, history
 
     def _unknowns(self, place: StagePlace) -> FloatArray:
         """The unknowns of a place."""

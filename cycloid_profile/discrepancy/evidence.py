@@ -86,12 +86,13 @@ def linear_evidence(equations: Normal, priors: FloatArray, members: Sequence[int
     return float(value + _of_half_priors(u, covariance, one_sided))
 
 
-def with_one_more(equations: Normal, priors: FloatArray, members: Sequence[int]) -> float:
-    """The largest evidence of a set, or of it and one candidate more."""
+def with_one_more(equations: Normal, priors: FloatArray, members: Sequence[int]) -> Scored:
+    """The likelier of a set and of that set with the one candidate more that helps it most."""
     others = [i for i in range(len(equations.candidates)) if i not in members]
     sets = np.array([[*members, i] for i in others], dtype=np.intp)
     scored = _scores(equations, priors, _of_different_names(equations, sets)) if others else []
-    return max([linear_evidence(equations, priors, members), *(s.log_evidence for s in scored)])
+    alone = Scored(tuple(members), linear_evidence(equations, priors, members))
+    return max([alone, *scored], key=lambda s: s.log_evidence)
 
 
 def log_evidence_at(

@@ -77,7 +77,13 @@ class ExactModel:
 
     def without_scans(self) -> ExactModel:
         """The same reducer beside the other files alone."""
-        laid = [one for one in self.nothing.laid if one.recording.kind != "profile_scan"]
+        return self._with_some([one for one in self.nothing.laid if one.recording.kind != "profile_scan"])
+
+    def scans_alone(self) -> ExactModel:
+        """The same reducer beside the scans alone."""
+        return self._with_some([one for one in self.nothing.laid if one.recording.kind == "profile_scan"])
+
+    def _with_some(self, laid: Sequence[Laid]) -> ExactModel:
         return self.with_recordings([one.recording for one in laid], laid)
 
     def with_rows(self, recordings: Sequence[Recording]) -> ExactModel:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.discrepancy.candidates import Candidate
@@ -39,6 +40,18 @@ class Library:
         """Sum of the log priors."""
         return float(sum(self.priors[self.places(members)]))
 
+    def where(self, name: str, choice: Mapping[str, Any]) -> Candidate | None:
+        """The candidate of a name with such a choice of parts."""
+        return self._by_choice.get((name, _key(choice)))
+
+    @cached_property
+    def _by_choice(self) -> dict[tuple[str, tuple[tuple[str, Any], ...]], Candidate]:
+        return {(candidate.name, _key(candidate.choice)): candidate for candidate in self.candidates}
+
     @cached_property
     def _numbers(self) -> dict[int, int]:
         return {id(candidate): i for i, candidate in enumerate(self.candidates)}
+
+
+def _key(choice: Mapping[str, Any]) -> tuple[tuple[str, Any], ...]:
+    return tuple(sorted(choice.items()))

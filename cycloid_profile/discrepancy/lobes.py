@@ -52,7 +52,18 @@ def recounted(model: ExactModel, near: ExactModel, library: Library, best: Optim
     counts = _counts(model.built, laid, equations, library.priors, places)
     if not any(counts):
         return model
-    changed = [_counted(one, n, model.probes) for one, n in zip(laid, counts, strict=True)]
+    return _with_counts(model, counts)
+
+
+def counted_by(model: ExactModel, lobes: int) -> ExactModel:
+    """The model with the lobes of all its scans counted so many further, where one is like another."""
+    teeth = model.built.teeth
+    open_ = [r.kind == "profile_scan" and teeth[r.disc].lobes_alike for r in model.recordings]
+    return _with_counts(model, [lobes if one else 0 for one in open_]) if lobes else model
+
+
+def _with_counts(model: ExactModel, counts: Sequence[int]) -> ExactModel:
+    changed = [_counted(one, n, model.probes) for one, n in zip(model.nothing.laid, counts, strict=True)]
     recordings = [replace(one.recording, held_out=r.held_out) for one, r in zip(changed, model.recordings, strict=True)]
     return model.with_recordings(recordings, changed)
 
@@ -79,7 +90,7 @@ def _counts(
         recording, own = laid[i].recording, equations[i]
         if so_far is not None and recording.kind == "profile_scan" and built.teeth[recording.disc].lobes_alike:
             counts[i], own = _best_count(so_far, own, built.case.drive.trochoid.lobes, priors, members)
-        so_far = own if so_far is None else _sum(so_far, own)
+        so_far = own if so_far is None else so_far.plus(own)
     return counts
 
 
@@ -101,21 +112,21 @@ def _best_count(
     best = (-math.inf, 0, scan)
     # Small turns first: among countings that are as good the nearest is kept.
     for lobes in sorted(range(of), key=lambda n: min(n, of - n)):
-        moved = _moved(scan, lobes, of)
-        value = with_one_more(_sum(others, moved), priors, members)
+        further = moved(scan, lobes, of)
+        value = with_one_more(others.plus(further), priors, members).log_evidence
         if value > best[0] + 1.0:
-            best = (value, lobes, moved)
+            best = (value, lobes, further)
     return best[1], best[2]
 
 
-def _moved(scan: Normal, lobes: int, of: int) -> Normal:
+def moved(scan: Normal, lobes: int, of: int) -> Normal:
     """The equations of a scan whose lobes count ``lobes`` further than the library's."""
     index = {(c.name, tuple(sorted(c.choice.items(), key=str))): i for i, c in enumerate(scan.candidates)}
     place, turn = np.empty(len(scan.candidates), dtype=np.intp), np.empty((len(scan.candidates), 2, 2))
     for i, candidate in enumerate(scan.candidates):
         choice, angle = candidate.turned(lobes, of)
         place[i] = index[(candidate.name, tuple(sorted(choice.items(), key=str)))]
-        turn[i] = _rotation(angle)
+        turn[i] = rotation(angle)
     n = place.size
     b = np.einsum("idc,id->ic", turn, scan.b.reshape(n, 2)[place])
     blocks = scan.R.reshape(n, 2, n, 2).transpose(0, 2, 1, 3)[place[:, np.newaxis], place]
@@ -123,9 +134,6 @@ def _moved(scan: Normal, lobes: int, of: int) -> Normal:
     return replace(scan, b=b.ravel(), R=blocks.transpose(0, 2, 1, 3).reshape(2 * n, 2 * n))
 
 
-def _rotation(angle: float) -> FloatArray:
+def rotation(angle: float) -> FloatArray:
+    """Turns two coordinates by an angle."""
     return np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
-
-
-def _sum(a: Normal, b: Normal) -> Normal:
-    return Normal(a.candidates, a.b + b.b, a.R + b.R, a.chi2 + b.chi2, a.rows + b.rows, (*a.parts, *b.parts))

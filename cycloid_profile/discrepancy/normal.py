@@ -105,6 +105,13 @@ class Normal:
         grown = float(2.0 * u @ self.b[where] + u @ self.R[np.ix_(where, where)] @ u)
         return replace(self, b=self.b + self.R[:, where] @ u, chi2=self.chi2 + grown)
 
+    def plus(self, more: Normal) -> Normal:
+        """The equations of these recordings and of ``more``, of the same candidates."""
+        return Normal(
+            self.candidates, self.b + more.b, self.R + more.R, self.chi2 + more.chi2, self.rows + more.rows,
+            (*self.parts, *more.parts),
+        )  # fmt: skip
+
     def contribution(self, members: Sequence[int], u: FloatArray, of: int) -> float:
         """The largest of what member ``of`` alone explains in any recording, over the accuracy of the simulation."""
         return max(part.contribution(members, u, of) for part in self.parts)

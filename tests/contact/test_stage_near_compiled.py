@@ -42,6 +42,9 @@ effects = st.lists(
         st.builds(PinRingOval, amplitude_um=size, phase_deg=angle),
         st.builds(CrankHoleError, amplitude_um=size, direction_deg=angle, crank=st.integers(1, 3), disc=st.just(1)),
         st.builds(CrankBearingClearance, radial_um=size),
+        # Corners at root and tip, and a tooth known by points.
+        st.builds(MissingDeformationCompensation, amount_um=signed),
+        st.builds(FlankWear, amount_um=size),
     ),
     min_size=1,
     max_size=3,
@@ -85,7 +88,7 @@ def assert_alike(found, expected):
 
 @settings(max_examples=12, deadline=None)
 @given(some=effects, share=st.sampled_from([1.0, -1.0, 0.03, -0.03]))
-def test_whatever_smooth_effects_a_reducer_has(drawn, some, share):
+def test_whatever_effects_a_reducer_has(drawn, some, share):
     place = solved(drawn, share).place
     built = drawn
     for effect in some:
@@ -101,7 +104,12 @@ def test_the_feet_need_not_be_known(drawn, foot_known):
     assert_alike(*both_ways(built, 1.0, asked))
 
 
-def test_the_short_cut_is_taken_where_it_can_be_and_only_there(drawn, monkeypatch):
+@pytest.mark.parametrize(
+    ("effect", "taken"),
+    [(MissingDeformationCompensation(amount_um=1.0), True), (FlankWear(amount_um=2.0), False)],
+    ids=["corners", "points"],
+)
+def test_the_short_cut_is_taken_where_it_can_be_and_only_there(drawn, effect, taken, monkeypatch):
     place = solved(drawn, 1.0).place
     answers = []
     whole = near.settled_near
@@ -111,15 +119,25 @@ def test_the_short_cut_is_taken_where_it_can_be_and_only_there(drawn, monkeypatc
         return answers[-1]
 
     monkeypatch.setattr("cycloid_profile.contact.stage_block.settled_near", watched)
-    taken = {
-        CumulativePitchError(amplitude_um=3.0, phase_deg=20.0): True,
-        MissingDeformationCompensation(amount_um=1.0): False,  # corners at root and tip
-        FlankWear(amount_um=2.0): False,  # measured points
-    }
-    for effect, expected in taken.items():
-        answers.clear()
-        assert np.all(solved(effect.apply(drawn), 1.0, place).settled)
-        assert [answer is not None for answer in answers] == [expected]
+    assert np.all(solved(effect.apply(drawn), 1.0, place).settled)
+    assert [answer is not None and bool(np.mean(answer[2]) > 0.9) for answer in answers] == [taken]
+
+
+def test_poses_that_the_short_cut_leaves_are_searched_for(drawn, monkeypatch):
+    place = solved(drawn, 1.0).place
+    built = CumulativePitchError(amplitude_um=3.0, phase_deg=20.0).apply(drawn)
+    compiled, plain = both_ways(built, 1.0, place)
+    whole = near.settled_near
+
+    def half(*args):
+        u, seen, settled = whole(*args)
+        u[::2], settled[::2] = 7.0, False
+        return u, seen, settled
+
+    monkeypatch.setattr("cycloid_profile.contact.stage_block.settled_near", half)
+    mixed = solved(built, 1.0, place)
+    assert_alike(mixed, plain)
+    np.testing.assert_array_equal(mixed.rotation[1::2], compiled.rotation[1::2])
 
 
 def test_a_place_that_is_none_is_left_to_the_plain_search(drawn):

@@ -1,0 +1,138 @@
+"""What all discs or all pins share cancels to first order; the rest goes with the square of its size and turns with
+twice its angle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from cycloid_profile.arrays import FloatArray
+from cycloid_profile.discrepancy.climbing import Start
+from cycloid_profile.discrepancy.exact import ExactModel, State
+from cycloid_profile.discrepancy.library import Library
+from cycloid_profile.discrepancy.normal import Normal, Whitened, normal
+from cycloid_profile.effects.effect import Place
+
+_SINGLES, _PAIRS = 3, 6
+_TRIED = 0.5  # of the width of a coordinate
+_LEAST, _LARGEST = 0.05, 4.0  # times the change at the size tried
+# Between the square root of a small change and a change that grows in proportion.
+_POWER = 0.7
+_IMPLAUSIBLE = 3.5  # widths
+
+
+def second_order(coarse: ExactModel, library: Library, gain_per_row: float) -> list[Start]:
+    """Where to begin with single effects of second order that explain a fair part of a gain in chi²."""
+    if coarse.only_scans:
+        return []
+    before = coarse.nothing
+    least = 0.2 * gain_per_row * sum(block.z.size for block in before.blocks)
+    found = []
+    for i, columns in _shown(coarse, library):
+        drop, amounts = fall(before.blocks, columns)
+        if drop >= least:
+            found.append((drop, [i], _coordinates(amounts)))
+    found.sort(key=lambda f: -f[0])
+    return [(members, u) for _, members, u in found[:_SINGLES]]
+
+
+def second_order_beside_first(coarse: ExactModel, library: Library) -> list[Start]:
+    """Where to begin with one effect of second order and one of first together, the best of each two names.
+
+    Neither of two effects need lead alone. What scans show to first order is not among those of second order.
+    """
+    if coarse.only_scans:
+        return []
+    blocks = coarse.nothing.blocks
+    first = normal(blocks, library.candidates)
+    G = [block.columns(library.candidates) for block in blocks]
+    best: dict[tuple[str, str], tuple[float, list[int], FloatArray]] = {}
+    for i, columns in _shown(coarse, library):
+        own = library.candidates[i]
+        if any(r.kind == "profile_scan" and coarse.probes.touches(own, r.disc) for r in coarse.recordings):
+            continue
+        for drop, k, amounts, u in _beside(first, blocks, G, columns):
+            names = (own.name, library.candidates[k].name)
+            if names[0] != names[1] and drop > best.get(names, (0.0,))[0]:
+                best[names] = (drop, [i, k], np.concatenate([_coordinates(amounts), u]))
+    return [(members, u) for _, members, u in sorted(best.values(), key=lambda f: -f[0])[:_PAIRS]]
+
+
+def _beside(
+    first: Normal, blocks: Sequence[Whitened], G: Sequence[FloatArray], columns: FloatArray
+) -> Iterator[tuple[float, int, FloatArray, FloatArray]]:
+    """For each candidate of first order the fall of chi² by it and by ``columns``, its number, the amounts of the
+    columns and its coordinates.
+    """
+    S = _whitened(blocks, columns)
+    ridge = np.eye(columns.shape[1]) / _LARGEST**2
+    R_s, b_s = ridge + _product(blocks, S, S), _product(blocks, S, [block.z for block in blocks])
+    cross = _product(blocks, S, G)
+    alone = np.linalg.solve(R_s, b_s)
+    carried = np.linalg.solve(R_s, cross)
+    left = first.b - cross.T @ alone
+    for k, candidate in enumerate(first.candidates):
+        where = slice(2 * k, 2 * k + 2)
+        R = np.eye(2) + first.R[where, where] - cross[:, where].T @ carried[:, where]
+        u = np.asarray(np.linalg.solve(R, left[where]), dtype=np.float64)
+        if np.hypot(*u) <= _IMPLAUSIBLE and not (candidate.one_sided and u[0] <= 0.0):
+            amounts = np.asarray(alone - carried[:, where] @ u, dtype=np.float64)
+            yield float(b_s @ alone + u @ left[where]), k, amounts, u
+
+
+def _shown(coarse: ExactModel, library: Library) -> Iterator[tuple[int, FloatArray]]:
+    """Each candidate that cancels to first order with what it changes at half a width: two patterns that go with the
+    cosine and the sine of twice its angle, one that is always there, shape (rows, 3).
+    """
+    before = coarse.nothing
+    for i, candidate in enumerate(library.candidates):
+        alike = candidate.kind.place is Place.RING or candidate.choice.get("disc", 0) is None
+        if candidate.angle is None or not alike or candidate.kind.place is Place.SENSOR:
+            continue
+        shown = []
+        for angle in np.deg2rad([0.0, 90.0, 45.0, 135.0]):
+            state = coarse.state([candidate], _TRIED * np.array([np.cos(angle), np.sin(angle)]))
+            if state is None:
+                break
+            shown.append(change(before, state))
+        else:
+            yield (
+                i,
+                np.stack(
+                    [0.5 * (shown[0] - shown[1]), 0.5 * (shown[2] - shown[3]), 0.25 * np.sum(shown, axis=0)], axis=1
+                ),
+            )
+
+
+def _coordinates(amounts: FloatArray) -> FloatArray:
+    """The coordinates at which a candidate changes so much."""
+    size = _TRIED * min(max(float(np.hypot(amounts[0], amounts[1])), _LEAST) ** _POWER, _LARGEST)
+    angle = 0.5 * float(np.arctan2(amounts[1], amounts[0]))
+    return np.array([size * np.cos(angle), size * np.sin(angle)])
+
+
+def change(before: State, after: State) -> FloatArray:
+    """What the predictions gain, all rows of all recordings."""
+    return np.concatenate([a.residual - b.residual for a, b in zip(before.laid, after.laid, strict=True)])
+
+
+def fall(blocks: Sequence[Whitened], columns: FloatArray) -> tuple[float, FloatArray]:
+    """Fall of chi² by free amounts of ``columns`` over all rows of all recordings, and the amounts."""
+    G = _whitened(blocks, columns)
+    R, b = _product(blocks, G, G), _product(blocks, G, [block.z for block in blocks])
+    amounts = np.asarray(np.linalg.lstsq(R, b, rcond=1e-9)[0], dtype=np.float64)
+    return float(amounts @ b), amounts
+
+
+def _whitened(blocks: Sequence[Whitened], columns: FloatArray) -> list[FloatArray]:
+    ends = np.cumsum([block.laid.residual.size for block in blocks])[:-1]
+    parts = np.split(np.nan_to_num(columns), ends)
+    return [block.white(part) for block, part in zip(blocks, parts, strict=True)]
+
+
+def _product(blocks: Sequence[Whitened], left: Sequence[FloatArray], right: Sequence[FloatArray]) -> FloatArray:
+    """leftᵀ M right over all recordings."""
+    parts = [block.product(a, b) for block, a, b in zip(blocks, left, right, strict=True)]
+    return np.asarray(np.sum(parts, axis=0), dtype=np.float64)

@@ -1,0 +1,76 @@
+"""Where a search for two effects begins: pairs fitted on few rows of the exact model.
+
+Neither of two effects need do best alone, and about the one that does linear equations rank the others by what it made
+of them. About no effect at all they hardly err as long as both are small.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from itertools import combinations, islice
+
+from cycloid_profile.discrepancy.climbing import Start, about
+from cycloid_profile.discrepancy.evidence import estimate, linear_evidence, search
+from cycloid_profile.discrepancy.exact import ExactModel
+from cycloid_profile.discrepancy.library import Library
+from cycloid_profile.discrepancy.normal import Normal, normal
+from cycloid_profile.discrepancy.optimum import Attempt, Optimum
+from cycloid_profile.discrepancy.second_order import second_order_beside_first
+
+_STEPS = 3
+_LINEAR = 8  # pairs of names
+_LINEAR_ERROR = 0.01  # of the evidence
+_LEAST_REACH = 40.0
+_AS_GOOD = 5.0  # of the evidence: places that linear equations do not tell apart
+_PLACES = 6  # of each pair
+_SINGLES = 16
+
+
+def leading_pairs(
+    few: ExactModel, library: Library, singles: Sequence[Optimum], tell: Callable[[str], None], thorough: bool
+) -> list[Optimum]:
+    """Pairs of effects of different names, fitted on a model of few rows, best first.
+
+    Those that linear equations have for the best, one effect that cancels to first order beside one that does not,
+    and, if ``thorough``, all pairs of the leading ``singles``.
+    """
+    equations = normal(few.nothing.blocks, library.candidates)
+    starts = [*_of_linear(equations, library), *second_order_beside_first(few, library)]
+    if thorough and singles:
+        starts += _of_singles(about(few, library, singles[0]), library, singles)
+    tell(f"pairs of effects on the exact model, {len(starts)}")
+    beat = singles[0].misfit if singles else few.nothing.chi2
+    attempts = [Attempt(library.members(members), u, _STEPS, beat) for members, u in starts]
+    found = [one for one in few.optima(attempts, library.prior) if one is not None and not one.implausible]
+    return sorted(found, key=lambda one: -one.log_evidence)
+
+
+def _of_linear(equations: Normal, library: Library) -> Iterator[Start]:
+    """The best pairs of unlike names by linear equations about no effect, at each place that these leave open."""
+    pairs = [s for s in search(equations, library.priors, 2) if len(s.members) == 2]
+    reach = max(_LEAST_REACH, _LINEAR_ERROR * pairs[0].log_evidence) if pairs else 0.0
+    seen: set[tuple[str, ...]] = set()
+    for pair in pairs:
+        names = tuple(sorted(library.candidates[i].name for i in pair.members))
+        if pair.log_evidence < pairs[0].log_evidence - reach or len(seen) == _LINEAR:
+            break
+        if names not in seen:
+            seen.add(names)
+            least = pair.log_evidence - _AS_GOOD
+            for places in islice(_at_places(equations, library, pair.members, least), _PLACES):
+                yield places, estimate(equations, places)[0]
+
+
+def _at_places(equations: Normal, library: Library, pair: Sequence[int], least: float) -> Iterator[list[int]]:
+    """The pair, and it with one or both members at other places, if at ``least`` so likely."""
+    alike = [[i for i, c in enumerate(library.candidates) if c.name == library.candidates[p].name] for p in pair]
+    scored = [(linear_evidence(equations, library.priors, [i, j]), [i, j]) for i in alike[0] for j in alike[1]]
+    yield from (places for value, places in sorted(scored, reverse=True) if value >= least)
+
+
+def _of_singles(equations: Normal, library: Library, singles: Sequence[Optimum]) -> Iterator[Start]:
+    """All pairs of unlike names of the leading single effects."""
+    leading = list({library.places(one.members)[0]: one for one in reversed(singles)})[::-1][:_SINGLES]
+    for i, j in combinations(leading, 2):
+        if library.candidates[i].name != library.candidates[j].name:
+            yield [i, j], estimate(equations, [i, j])[0]
