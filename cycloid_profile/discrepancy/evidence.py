@@ -86,6 +86,13 @@ def linear_evidence(equations: Normal, priors: FloatArray, members: Sequence[int
     return float(value + _of_half_priors(u, covariance, one_sided))
 
 
+def is_plausible(members: Sequence[Candidate], u: FloatArray) -> bool:
+    """Whether no coordinate pair of ``u`` is one that no workshop makes, or on the wrong side of zero."""
+    parts = u.reshape(-1, 2)
+    negative = [c.one_sided and x <= 0.0 for c, x in zip(members, parts[:, 0], strict=True)]
+    return bool(np.all(np.hypot(parts[:, 0], parts[:, 1]) <= _IMPLAUSIBLE)) and not any(negative)
+
+
 def with_one_more(equations: Normal, priors: FloatArray, members: Sequence[int]) -> Scored:
     """The likelier of a set and of that set with the one candidate more that helps it most."""
     others = [i for i in range(len(equations.candidates)) if i not in members]

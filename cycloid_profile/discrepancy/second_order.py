@@ -10,6 +10,7 @@ import numpy as np
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.discrepancy.climbing import Start
+from cycloid_profile.discrepancy.evidence import is_plausible
 from cycloid_profile.discrepancy.exact import ExactModel, State
 from cycloid_profile.discrepancy.library import Library
 from cycloid_profile.discrepancy.normal import Normal, Whitened, normal
@@ -20,7 +21,6 @@ _TRIED = 0.5  # of the width of a coordinate
 _LEAST, _LARGEST = 0.05, 4.0  # times the change at the size tried
 # Between the square root of a small change and a change that grows in proportion.
 _POWER = 0.7
-_IMPLAUSIBLE = 3.5  # widths
 
 
 def second_order(coarse: ExactModel, library: Library, gain_per_row: float) -> list[Start]:
@@ -77,7 +77,7 @@ def _beside(
         where = slice(2 * k, 2 * k + 2)
         R = np.eye(2) + first.R[where, where] - cross[:, where].T @ carried[:, where]
         u = np.asarray(np.linalg.solve(R, left[where]), dtype=np.float64)
-        if np.hypot(*u) <= _IMPLAUSIBLE and not (candidate.one_sided and u[0] <= 0.0):
+        if is_plausible([candidate], u):
             amounts = np.asarray(alone - carried[:, where] @ u, dtype=np.float64)
             yield float(b_s @ alone + u @ left[where]), k, amounts, u
 

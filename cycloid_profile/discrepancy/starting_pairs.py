@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from itertools import combinations, islice
 
-from cycloid_profile.discrepancy.climbing import Start, about
-from cycloid_profile.discrepancy.evidence import estimate, linear_evidence, search
+from cycloid_profile.discrepancy.candidates import Candidate
+from cycloid_profile.discrepancy.climbing import Start, about, leaves_something
+from cycloid_profile.discrepancy.evidence import estimate, is_plausible, linear_evidence, search
 from cycloid_profile.discrepancy.exact import ExactModel
 from cycloid_profile.discrepancy.library import Library
 from cycloid_profile.discrepancy.normal import Normal, normal
@@ -18,11 +19,10 @@ from cycloid_profile.discrepancy.optimum import Attempt, Optimum
 from cycloid_profile.discrepancy.second_order import second_order_beside_first
 
 _STEPS = 3
-_LINEAR = 8  # pairs of names
-_LINEAR_ERROR = 0.01  # of the evidence
+_LINEAR = 32  # pairs of names
+_LINEAR_ERROR = 0.02  # of the evidence
 _LEAST_REACH = 40.0
-_AS_GOOD = 5.0  # of the evidence: places that linear equations do not tell apart
-_PLACES = 6  # of each pair
+_PLACES = 3  # of each pair
 _SINGLES = 16
 
 
@@ -40,9 +40,23 @@ def leading_pairs(
         starts += _of_singles(about(few, library, singles[0]), library, singles)
     tell(f"pairs of effects on the exact model, {len(starts)}")
     beat = singles[0].misfit if singles else few.nothing.chi2
-    attempts = [Attempt(library.members(members), u, _STEPS, beat) for members, u in starts]
-    found = [one for one in few.optima(attempts, library.prior) if one is not None and not one.implausible]
-    return sorted(found, key=lambda one: -one.log_evidence)
+    # Teeth known by points take several times as long, and are seldom called for.
+    quick = [start for start in starts if not _by_points(few, library.members(start[0]))]
+    slow = [start for start in starts if _by_points(few, library.members(start[0]))]
+    found = list[Optimum]()
+    for some in (quick, slow):
+        attempts = [Attempt(library.members(members), u, _STEPS, beat) for members, u in some]
+        found += [one for one in few.optima(attempts, library.prior) if one is not None and not one.implausible]
+        found.sort(key=lambda one: -one.log_evidence)
+        if found and not leaves_something(few, found[0]):
+            break
+    return found
+
+
+def _by_points(few: ExactModel, members: Sequence[Candidate]) -> bool:
+    """Whether a member makes a tooth that is known by points, or one with many waves."""
+    built = [few.probes.after(member, 0, few.built)[0] for member in members]
+    return any(r.spacing is not None for one in built for tooth in one.teeth for r in tooth.removals)
 
 
 def _of_linear(equations: Normal, library: Library) -> Iterator[Start]:
@@ -56,16 +70,17 @@ def _of_linear(equations: Normal, library: Library) -> Iterator[Start]:
             break
         if names not in seen:
             seen.add(names)
-            least = pair.log_evidence - _AS_GOOD
-            for places in islice(_at_places(equations, library, pair.members, least), _PLACES):
-                yield places, estimate(equations, places)[0]
+            yield from islice(_at_places(equations, library, pair.members, pair.log_evidence - reach), _PLACES)
 
 
-def _at_places(equations: Normal, library: Library, pair: Sequence[int], least: float) -> Iterator[list[int]]:
-    """The pair, and it with one or both members at other places, if at ``least`` so likely."""
+def _at_places(equations: Normal, library: Library, pair: Sequence[int], least: float) -> Iterator[Start]:
+    """The pair, and it with one or both members at other places, if at ``least`` so likely, the likeliest first."""
     alike = [[i for i, c in enumerate(library.candidates) if c.name == library.candidates[p].name] for p in pair]
     scored = [(linear_evidence(equations, library.priors, [i, j]), [i, j]) for i in alike[0] for j in alike[1]]
-    yield from (places for value, places in sorted(scored, reverse=True) if value >= least)
+    for value, places in sorted(scored, reverse=True):
+        u, _ = estimate(equations, places)
+        if value >= least and is_plausible(library.members(places), u):
+            yield places, u
 
 
 def _of_singles(equations: Normal, library: Library, singles: Sequence[Optimum]) -> Iterator[Start]:
