@@ -43,6 +43,7 @@ def bench(drawn: Built, *hidden: Effect) -> ExactModel:
     return ExactModel(drawn, [record(drawn, one) for one in files])
 
 
+@pytest.mark.slow
 def test_a_pair_of_which_neither_leads_is_among_the_first(drawn):
     """About the best single effect the search came to rest beside it, on a bore and a planet of the other disc."""
     model = bench(drawn, CumulativePitchError(0.86, phase_deg=58.0, disc=1), CrankPhaseError(5.7, crank=2, disc=2))
