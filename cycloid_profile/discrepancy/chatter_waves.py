@@ -35,11 +35,16 @@ def chatter_peaks(block: Whitened, z: FloatArray | None = None, most: int = 3) -
         # What repeats on every lobe is the form of the tooth, not a vibration.
         off_lobes = abs((grid[i] + 0.5 * lobes) % lobes - 0.5 * lobes)
         if off_lobes > 1.0 and all(abs(grid[i] - other) > _APART for other in found):
-            fine = grid[i] + np.arange(-25, 26) / 50.0
-            found.append(float(fine[int(np.argmax(wave_power(block, fine, z)))]))
+            found.append(peak_near(block, float(grid[i]), block.projected(block.z) if z is None else z))
         if len(found) == most:
             break
     return found
+
+
+def peak_near(block: Whitened, waves: float, z: FloatArray) -> float:
+    """The strongest number of waves within half a wave of ``waves``, to a fiftieth."""
+    near = waves + np.arange(-25, 26) / 50.0
+    return float(near[int(np.argmax(wave_power(block, near, z)))])
 
 
 def wave_power(block: Whitened, grid: FloatArray, z: FloatArray | None = None) -> FloatArray:

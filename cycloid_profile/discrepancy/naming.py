@@ -9,14 +9,14 @@ import numpy as np
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.discrepancy.candidates import Candidate, chatter
-from cycloid_profile.discrepancy.chatter_waves import chatter_peaks
-from cycloid_profile.discrepancy.climbing import Climb, about, contributes, nothing
+from cycloid_profile.discrepancy.chatter_waves import chatter_peaks, peak_near
+from cycloid_profile.discrepancy.climbing import Climb, Start, about, contributes, nothing
 from cycloid_profile.discrepancy.evidence import estimate
 from cycloid_profile.discrepancy.exact import ExactModel, State
 from cycloid_profile.discrepancy.exchange import exchanged
 from cycloid_profile.discrepancy.few_rows import named_on_few_rows
 from cycloid_profile.discrepancy.library import Library
-from cycloid_profile.discrepancy.normal import Normal
+from cycloid_profile.discrepancy.normal import Normal, Whitened
 from cycloid_profile.discrepancy.optimum import Optimum
 from cycloid_profile.discrepancy.recounting import counted_anew
 from cycloid_profile.discrepancy.thinning import fewest
@@ -72,14 +72,40 @@ def named(
         model, starts = counted, [(library.places(best.members), begin.u)]
         few = fewest(model, gain)
         climb = Climb(model, library, _RESCORINGS, tell, thorough=thorough, sieve=few)
-    more = _chatter(model.at(best), best.members)
-    if more and best.members:
-        # Waves that stood below what larger effects made of the spectrum.
-        library = library.with_more(more)
-        climb = Climb(model, library, _RESCORINGS, tell, climb.found, thorough, few)
-        climb.up([(library.places(best.members), best.u)], _FINAL_ROUNDS)
-        best = _first_that_contributes(climb)
+    for other in (_with_waves_below, _with_waves_anew):
+        library, start = other(model, library, best)
+        if start is not None:
+            climb = Climb(model, library, _RESCORINGS, tell, climb.found, thorough, few)
+            climb.up([start], _FINAL_ROUNDS)
+            best = _first_that_contributes(climb)
     return Named(best, model, library, about(model, library, best), tuple(climb.ranked))
+
+
+def _with_waves_below(model: ExactModel, library: Library, best: Optimum) -> tuple[Library, Start | None]:
+    """The library with waves that stood below what larger effects made of the spectrum, and where to begin with it."""
+    more = _chatter(model.at(best), best.members) if best.members else []
+    return library.with_more(more), (library.places(best.members), best.u) if more else None
+
+
+def _with_waves_anew(model: ExactModel, library: Library, best: Optimum) -> tuple[Library, Start | None]:
+    """The library with chatter of as many waves as it has beside the other members, which moved its peak before, and
+    where to begin with it.
+    """
+    members = list(best.members)
+    for i, member in enumerate(members):
+        if member.name != "grinding_chatter":
+            continue
+        others = [m for m in members if m is not member]
+        state = model.state(others, np.delete(best.u, [2 * i, 2 * i + 1]))
+        waves = float(member.choice["waves_per_turn"])
+        for block in () if state is None else state.blocks:
+            if block.laid.recording.kind == "profile_scan" and block.laid.recording.disc + 1 == member.choice["disc"]:
+                beside = peak_near(block, waves, _left(block, others))
+                if beside != waves:
+                    members[i] = chatter(beside, block.laid.recording.disc + 1)
+    fresh = [new for new, old in zip(members, best.members, strict=True) if new is not old]
+    library = library.with_more(fresh)
+    return library, (library.places(members), best.u) if fresh else None
 
 
 def _chatter(state: State, members: Sequence[Candidate]) -> list[Candidate]:
@@ -88,14 +114,20 @@ def _chatter(state: State, members: Sequence[Candidate]) -> list[Candidate]:
     known = [c.choice["waves_per_turn"] for c in members if c.name == "grinding_chatter"]
     for block in state.blocks:
         if block.laid.recording.kind == "profile_scan":
-            z = block.projected(block.z)
-            if members:
-                G = block.projected(block.columns(members))
-                z = z - G @ np.linalg.lstsq(G, z, rcond=None)[0]
-            waves = chatter_peaks(block, z)
+            waves = chatter_peaks(block, _left(block, members))
             disc = block.laid.recording.disc + 1
             found += [chatter(n, disc) for n in waves if all(abs(n - other) > 1.0 for other in known)]
     return found
+
+
+def _left(block: Whitened, members: Sequence[Candidate]) -> FloatArray:
+    """What is left of a file once ``members`` are fitted, and what no measurement can know."""
+    z = block.projected(block.z)
+    if not members:
+        return z
+    G = block.projected(block.columns(members))
+    left: FloatArray = z - G @ np.linalg.lstsq(G, z, rcond=None)[0]
+    return left
 
 
 def _first_that_contributes(climb: Climb) -> Optimum:

@@ -14,6 +14,7 @@ from cycloid_profile.discrepancy.chatter_waves import (
     power_in_white_noise,
     power_one_by_one,
 )
+from cycloid_profile.discrepancy.diagnosis import diagnose
 from cycloid_profile.discrepancy.laid import Laid
 from cycloid_profile.discrepancy.normal import Whitened
 from cycloid_profile.discrepancy.recording import record
@@ -46,3 +47,15 @@ def test_a_wave_stands_out_of_the_spectrum(block):
     grid, power = chatter_spectrum(block)
     assert abs(grid[np.argmax(power)] - 493.3) < 0.5
     assert chatter_peaks(block)[0] == pytest.approx(493.3, abs=0.1)
+
+
+def test_waves_are_counted_anew_beside_a_larger_effect():
+    """An eccentricity that fills the spectrum moves the peak by a tenth of a wave, of which a seventh is left over."""
+    wave = Hidden("grinding_chatter", {"amplitude_um": 0.58, "waves_per_turn": 242.44, "phase_deg": 75.5})
+    other = Hidden("generating_eccentricity_error", {"amount_um": 0.85})
+    text = scan(Reducer(), [other, wave], noise=Noise(0.3), seed=3)
+    found = diagnose(built_reducer(parse_spec(spec_text(Reducer()))), [parse_measurement(text, "scan.csv")])
+    told = {effect.candidate.name: effect for effect in found.effects}
+    assert set(told) == {"grinding_chatter", "generating_eccentricity_error"}
+    assert told["grinding_chatter"].parameters["waves_per_turn"] == pytest.approx(242.44, abs=0.03)
+    assert found.remainder is None
