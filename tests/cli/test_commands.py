@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
+import io
 import json
 import subprocess
 import sys
@@ -45,11 +47,17 @@ def changed(tmp_path: Path) -> Callable[..., Path]:
 
 
 @pytest.fixture(scope="module")
-def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The RV-40E built once."""
-    folder = tmp_path_factory.mktemp("built") / "rv40e"
-    assert run(["build", str(RV40E), "--out", str(folder)]) == 0
-    return folder
+def build_of_rv40e(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    """The RV-40E built once: the folder, and what was printed."""
+    folder, out = tmp_path_factory.mktemp("built") / "rv40e", io.StringIO()
+    with contextlib.redirect_stdout(out):
+        assert run(["build", str(RV40E), "--out", str(folder)]) == 0
+    return folder, out.getvalue()
+
+
+@pytest.fixture
+def built(build_of_rv40e: tuple[Path, str]) -> Path:
+    return build_of_rv40e[0]
 
 
 def test_accuracy_json_keeps_its_contract(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -113,13 +121,9 @@ def test_report_stands_alone_and_holds_the_pictures(built: Path) -> None:
     assert len(ids) == len(set(ids)), "ids of the pictures must not clash"
 
 
-def test_build_prints_figures_with_units(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    spec = tmp_path / "small.toml"
-    spec.write_text(TEXT.replace('["dxf", "step", "csv", "gcode", "cmm"]', '["cmm"]'), encoding="utf-8")
-    assert run(["build", str(spec), "--out", str(tmp_path / "out")]) == 0
-    out = capsys.readouterr().out
+def test_build_prints_figures_with_units(build_of_rv40e: tuple[Path, str]) -> None:
     for unit in ("[′]", "[N·m/′]", "[″]", "[N]", "[µm]", "[MPa]"):
-        assert unit in out
+        assert unit in build_of_rv40e[1]
 
 
 BAD = [

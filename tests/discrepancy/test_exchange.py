@@ -27,7 +27,7 @@ ROWS = 100
     ("hidden", "told"),
     [
         (CrankBearingClearance(radial_um=0.6), "series_compliance"),
-        (PinRadiusError(amount_um=-0.6), "crank_bearing_compliance"),
+        pytest.param(PinRadiusError(amount_um=-0.6), "crank_bearing_compliance", marks=pytest.mark.slow),
     ],
 )
 def test_a_wrong_amount_is_exchanged_for_the_right_one(hidden: Effect, told: str):
