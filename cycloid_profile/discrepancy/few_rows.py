@@ -21,7 +21,7 @@ _ROUNDS = 5
 _FEW_ROWS = 360
 _GAIN_KEPT = 500.0  # of chi², on the few rows that name an effect
 _WEAK = 60.0  # below this gain everything is linear
-_SETS, _PAIRS, _PAIRS_OF_THOROUGH = 3, 3, 6  # that a climb starts from
+_SETS, _PAIRS, _PAIRS_OF_THOROUGH = 3, 5, 6  # that a climb starts from
 _HARDLY_MORE = 2.0  # standard deviations of chi²: the noise of few rows is known no better
 # Sets that are rescored on all rows, and how much less likely they may be.
 _KEPT, _LOOKED_AT = 3, 10

@@ -22,7 +22,7 @@ _STEPS = 3
 _LINEAR = 32  # pairs of names
 _LINEAR_ERROR = 0.02  # of the evidence
 _LEAST_REACH = 40.0
-_PLACES = 4  # of each pair: two discs each
+_PLACES = 6  # of each pair: two discs each, or both
 _SINGLES = 16
 
 
