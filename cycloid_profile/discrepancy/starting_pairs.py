@@ -41,8 +41,9 @@ def leading_pairs(
     tell(f"pairs of effects on the exact model, {len(starts)}")
     beat = singles[0].misfit if singles else few.nothing.chi2
     # Teeth known by points take several times as long, and are seldom called for.
-    quick = [start for start in starts if not _by_points(few, library.members(start[0]))]
-    slow = [start for start in starts if _by_points(few, library.members(start[0]))]
+    quick, slow = list[Start](), list[Start]()
+    for start in starts:
+        (slow if _by_points(few, library.members(start[0])) else quick).append(start)
     found = list[Optimum]()
     for some in (quick, slow):
         attempts = [Attempt(library.members(members), u, _STEPS, beat) for members, u in some]
