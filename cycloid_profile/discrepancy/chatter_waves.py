@@ -9,7 +9,7 @@ from cycloid_profile.discrepancy.chance import several
 from cycloid_profile.discrepancy.normal import Whitened
 
 LEAST_WAVES = 13
-_PEAK = 0.01  # chance that noise makes a peak of the spectrum
+PEAK = 0.01  # chance that noise makes a peak of the spectrum
 _APART = 2.0  # waves between two peaks
 _TOGETHER = 64  # waves
 
@@ -30,7 +30,7 @@ def chatter_peaks(block: Whitened, z: FloatArray | None = None, most: int = 3) -
     lobes = block.laid.built.case.drive.trochoid.lobes
     found: list[float] = []
     for i in np.argsort(power)[::-1][:200]:
-        if several(float(np.exp(-0.5 * power[i])), grid.size) > _PEAK:
+        if several(float(np.exp(-0.5 * power[i])), grid.size) > PEAK:
             break
         # What repeats on every lobe is the form of the tooth, not a vibration.
         off_lobes = abs((grid[i] + 0.5 * lobes) % lobes - 0.5 * lobes)

@@ -21,6 +21,7 @@ from cycloid_profile.discrepancy.chance import several, tail
 from cycloid_profile.discrepancy.chatter_waves import chatter_spectrum
 from cycloid_profile.discrepancy.laid import settled
 from cycloid_profile.discrepancy.normal import Normal, Whitened
+from cycloid_profile.discrepancy.waves_under_pins import WavesUnderPins, unscanned
 from cycloid_profile.units import DEGREE
 
 FALSE_ALARM = 0.005
@@ -96,7 +97,7 @@ def detect(
         if block.laid.recording.kind == "profile_scan":
             findings += _of_chatter(block, z)
     if equations is not None:
-        findings += _of_library(equations)
+        findings += [*_of_library(equations), *_of_waves_under_pins(blocks)]
     findings.sort(key=lambda f: f.p_value)
     least = findings[0].p_value if findings else 1.0
     return Detection(
@@ -135,6 +136,16 @@ def _of_chatter(block: Whitened, z: FloatArray) -> list[Finding]:
     amplitude = math.sqrt(2.0 * float(power[top]) / block.z.size) * recording.noise.sigma
     over = amplitude / (_WAVE_LIMIT * recording.accuracy)
     return [Finding(recording.name, "um", "waves per turn", float(grid[top]), float(grid[top]), amplitude, p, over)]
+
+
+def _of_waves_under_pins(blocks: Sequence[Whitened]) -> list[Finding]:
+    """The strongest wave on each disc that was not scanned, by the turns of a bench."""
+    found = []
+    for disc in unscanned(blocks):
+        for peak in WavesUnderPins(blocks, (), disc).strongest()[:1]:
+            base = Finding("", "", f"waves on disc {disc}", peak.waves, peak.waves, 0.0, peak.p_value)
+            found.append(replace(base, over_accuracy=peak.over_accuracy))
+    return found
 
 
 def _of_block(block: Whitened, z: FloatArray) -> list[Finding]:

@@ -1,0 +1,112 @@
+"""Chatter as a hypothesis: waves that stand out of the spectra of scans and turns, with the effects known so far taken
+off.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from cycloid_profile.arrays import FloatArray
+from cycloid_profile.discrepancy.candidates import Candidate, chatter
+from cycloid_profile.discrepancy.chatter_waves import PEAK, chatter_peaks, peak_near
+from cycloid_profile.discrepancy.climbing import Start
+from cycloid_profile.discrepancy.exact import ExactModel, State
+from cycloid_profile.discrepancy.library import Library
+from cycloid_profile.discrepancy.normal import Whitened
+from cycloid_profile.discrepancy.optimum import Optimum
+from cycloid_profile.discrepancy.waves_under_pins import WavesUnderPins, unscanned
+
+# Of what is left. Turns show every effect as waves, and one of them always comes nearest to what has no name yet.
+_LEAST_SHARE = 0.5
+# Of the first gap in squares: less is what the simulation of large effects errs by.
+_LEAST_OF_GAP = 0.02**2
+
+
+def standing_out(model: ExactModel, best: Optimum | None = None) -> list[Candidate]:
+    """Chatter that stands out of the spectrum of any scan beside the ``best`` set; on discs that were not scanned what
+    explains most of what the turns of a bench leave.
+    """
+    state, members = (model.nothing, ()) if best is None else (model.at(best), best.members)
+    known = [c.choice["waves_per_turn"] for c in members if c.name == "grinding_chatter"]
+    found = []
+    for block in state.blocks:
+        if block.laid.recording.kind == "profile_scan":
+            waves = chatter_peaks(block, _left(block, members))
+            disc = block.laid.recording.disc + 1
+            found += [chatter(n, disc) for n in waves if all(abs(n - other) > 1.0 for other in known)]
+    return found if known else [*found, *_under_pins(model, state, members)]
+
+
+def with_waves_below(model: ExactModel, library: Library, best: Optimum) -> tuple[Library, Start | None]:
+    """The library with waves that stood below what larger effects made of the spectrum, and where to begin with it."""
+    more = standing_out(model, best) if best.members else []
+    return library.with_more(more), (library.places(best.members), best.u) if more else None
+
+
+def with_waves_anew(model: ExactModel, library: Library, best: Optimum) -> tuple[Library, Start | None]:
+    """The library with chatter of as many waves as it has beside the other members, which moved its peak before, and
+    where to begin with it.
+    """
+    members = list(best.members)
+    for i, member in enumerate(members):
+        if member.name != "grinding_chatter":
+            continue
+        others = [m for m in members if m is not member]
+        state = model.state(others, np.delete(best.u, [2 * i, 2 * i + 1]))
+        waves, disc = float(member.choice["waves_per_turn"]), member.choice.get("disc")
+        beside = waves if state is None else _beside(state, others, waves, disc)
+        if beside != waves:
+            members[i] = chatter(beside, disc)
+    fresh = [new for new, old in zip(members, best.members, strict=True) if new is not old]
+    library = library.with_more(fresh)
+    return library, (library.places(members), best.u) if fresh else None
+
+
+def with_waves_elsewhere(model: ExactModel, library: Library, best: Optimum) -> Library:
+    """The library with the other numbers of waves that turns do not tell from that of the best set: pins stand a lobe
+    apart, nearly, and meet waves that differ by one to a lobe nearly alike.
+    """
+    for i, member in enumerate(best.members):
+        disc = member.choice.get("disc")
+        if member.name != "grinding_chatter" or not (disc is None or disc in unscanned(model.nothing.blocks)):
+            continue
+        others = [m for m in best.members if m is not member]
+        state = model.state(others, np.delete(best.u, [2 * i, 2 * i + 1]))
+        if state is not None:
+            peaks = WavesUnderPins(state.blocks, others, disc).strongest()
+            known = float(member.choice["waves_per_turn"])
+            library = library.with_more([chatter(p.waves, disc) for p in peaks if abs(p.waves - known) > 1.0])
+    return library
+
+
+def _beside(state: State, others: Sequence[Candidate], waves: float, disc: int | None) -> float:
+    """Number of waves near ``waves`` that fits best beside others: on the scan of that disc, or under the pins."""
+    for block in state.blocks:
+        recording = block.laid.recording
+        if recording.kind == "profile_scan" and recording.disc + 1 == disc:
+            return peak_near(block, waves, _left(block, others))
+    return WavesUnderPins(state.blocks, others, disc).near(waves) if unscanned(state.blocks) else waves
+
+
+def _under_pins(model: ExactModel, state: State, members: Sequence[Candidate]) -> Iterator[Candidate]:
+    """The strongest wave of each disc that was not scanned, and of all discs if none was."""
+    discs: list[int | None] = [*unscanned(state.blocks)]
+    if len(discs) == state.built.discs > 1:
+        discs.append(None)
+    for disc in discs:
+        waves, before = WavesUnderPins(state.blocks, members, disc), WavesUnderPins(model.nothing.blocks, (), disc)
+        for peak in waves.strongest()[:1]:
+            if peak.p_value < PEAK and peak.power > max(_LEAST_SHARE * waves.excess, _LEAST_OF_GAP * before.excess):
+                yield chatter(peak.waves, disc)
+
+
+def _left(block: Whitened, members: Sequence[Candidate]) -> FloatArray:
+    """What is left of a file once ``members`` are fitted, and what no measurement can know."""
+    z = block.projected(block.z)
+    if not members:
+        return z
+    G = block.projected(block.columns(members))
+    left: FloatArray = z - G @ np.linalg.lstsq(G, z, rcond=None)[0]
+    return left

@@ -1,0 +1,233 @@
+"""Waves round a disc that was not scanned, as the turns of a bench show them through the pins that press on it.
+
+Every pin meets the wave at another place, so that a row shows C(n) = Σ w exp(i n t) over the loaded pins, w what the
+row gains by a removal there (docs/theory.md, Eq. 50) and t the angle along the disc.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from cycloid_profile.arrays import ComplexArray, FloatArray
+from cycloid_profile.discrepancy.candidates import Candidate
+from cycloid_profile.discrepancy.chance import several
+from cycloid_profile.discrepancy.chatter_waves import LEAST_WAVES
+from cycloid_profile.discrepancy.normal import Whitened
+
+_TURNS = frozenset({"transmission_error", "lost_motion_map"})
+_SHORTEST = 0.25  # mm along the flank: a shorter wave is bridged by the width of the contact
+_CELLS = 2**16  # of two turns of the disc
+# Waves whose power is worked out from the rows, how many of them closely, and how far they are apart.
+_PROPOSED, _LEADING, _APART = 12, 4, 2.0
+_ROUGHLY, _CLOSELY = np.arange(-2, 3) / 5.0, np.arange(-25, 26) / 50.0
+_OFF_LOBES = 2.5  # waves: what repeats on every lobe is form, and so is that with an error once or twice round the disc
+_GAIN = 2.0  # of chi²: what less is gained by is not worth another number of waves
+_AS_GOOD = 9.0  # of chi²: three standard deviations between two numbers of waves
+# The square of an estimated standard deviation scatters by this over the number of rows.
+_SCATTER = 6.0
+# Below this share of what cosine and sine would show if they were alike, a wave shows as good as one of them.
+_ONE_OF_TWO = 0.1
+
+
+@dataclass(frozen=True)
+class Peak:
+    """A number of ``waves`` on a ``disc``, counted from 1, None for all, that a fall of chi² by ``power`` speaks for.
+
+    ``p_value``, the chance of noise to make a peak as high anywhere on that disc; ``over_accuracy``, the largest root
+    mean square it explains in any file, over the accuracy of the simulation.
+    """
+
+    waves: float
+    disc: int | None
+    power: float
+    p_value: float
+    over_accuracy: float
+
+
+class WavesUnderPins:
+    """What turns show of waves on one disc, counted from 1, or on all (None), once ``members`` are fitted freely."""
+
+    def __init__(self, blocks: Sequence[Whitened], members: Sequence[Candidate], disc: int | None) -> None:
+        self.blocks = [block for block in blocks if block.laid.recording.kind in _TURNS]
+        self.disc = disc
+        fitted = [np.hstack([block.nuisance, block.columns(members)]) for block in self.blocks]
+        nuisances = [block.nuisance.shape[1] for block in self.blocks]
+        # Zero and drift of each file are its own, the members those of all.
+        columns = np.zeros((sum(len(one) for one in fitted), sum(nuisances) + 2 * len(members)))
+        row, first = 0, 0
+        for one, own in zip(fitted, nuisances, strict=True):
+            columns[row : row + len(one), first : first + own] = one[:, :own]
+            columns[row : row + len(one), sum(nuisances) :] = one[:, own:]
+            row, first = row + len(one), first + own
+        self._known = _basis(columns)
+        z = np.concatenate([block.z for block in self.blocks])
+        self.z: FloatArray = z - self._known @ (self._known.T @ z)
+
+    @property
+    def highest(self) -> float:
+        """The largest number of waves that is looked for."""
+        trochoid = self.blocks[0].laid.built.case.drive.trochoid
+        return 2.0 * math.pi * trochoid.pin_circle_radius / _SHORTEST
+
+    @property
+    def excess(self) -> float:
+        """What is left of chi² above its number of rows, less what that scatters by."""
+        rows = self.z.size
+        return float(self.z @ self.z) - rows - 2.0 * math.sqrt((2.0 + _SCATTER) * rows)
+
+    def strongest(self) -> list[Peak]:
+        """The wave that explains most, to a fiftieth of a wave, and those that explain hardly less, best first; what
+        repeats on every lobe is left out.
+        """
+        grid, power = self._spectrum()
+        rough = []
+        for _ in range(_PROPOSED):
+            top = int(np.argmax(power))
+            if not power[top] > 0.0:
+                break
+            rough.append((float(np.max(self.power(grid[top] + _ROUGHLY))), float(grid[top])))
+            power[np.abs(grid - grid[top]) < _APART] = 0.0
+        fine = sorted((self._near(waves) for _, waves in sorted(rough, reverse=True)[:_LEADING]), reverse=True)
+        return [self._peak(*one, grid.size) for one in fine if one[0] > fine[0][0] - _AS_GOOD]
+
+    def _peak(self, power: float, waves: float, looks: int) -> Peak:
+        C = self._shown(np.array([waves]))[:, 0]
+        columns = np.stack([C.real, C.imag], axis=1)
+        explained = columns @ np.linalg.lstsq(columns, self.z, rcond=None)[0]
+        over, first = 0.0, 0
+        for block in self.blocks:
+            recording, rows = block.laid.recording, block.z.size
+            rms = recording.noise.sigma * float(np.sqrt(np.mean(explained[first : first + rows] ** 2)))
+            over, first = max(over, rms / recording.accuracy), first + rows
+        return Peak(waves, self.disc, power, several(math.exp(-0.5 * power), looks), over)
+
+    def near(self, waves: float) -> float:
+        """The strongest number of waves within half a wave of ``waves``, to a fiftieth; the same if it is as good."""
+        highest, best = self._near(waves)
+        return best if highest > float(self.power(np.array([waves]))[0]) + _GAIN else waves
+
+    def _near(self, waves: float) -> tuple[float, float]:
+        grid = waves + _CLOSELY
+        power = self.power(grid)
+        top = int(np.argmax(power))
+        return float(power[top]), float(grid[top])
+
+    def power(self, grid: FloatArray) -> FloatArray:
+        """Fall of chi² by cosine and sine of each number of waves of an evenly spaced ``grid``, in its shape."""
+        C = self._shown(grid)
+        whole = np.sum(np.abs(C) ** 2, axis=0)
+        C = C - self._known @ (self._known.T @ C)
+        return _power(self.z @ C, np.sum(C * C, axis=0), np.sum(np.abs(C) ** 2, axis=0), whole)
+
+    def _shown(self, grid: FloatArray) -> ComplexArray:
+        """C of the rows of all files for each number of waves, whitened, shape (rows, numbers)."""
+        shown = []
+        for block, (matrix, t) in zip(self.blocks, self._pressed, strict=True):
+            waves = np.empty((t.size, grid.size), dtype=np.complex128)
+            waves[:, 0] = np.exp(1j * grid[0] * t)
+            if grid.size > 1:
+                step = np.exp(1j * (grid[1] - grid[0]) * t)
+                for k in range(1, grid.size):
+                    waves[:, k] = waves[:, k - 1] * step
+            shown.append(block.white(matrix @ waves))
+        return np.concatenate(shown)
+
+    def _spectrum(self) -> tuple[FloatArray, FloatArray]:
+        """Every half wave, and about what ``power`` gives there: places on a grid, noise taken as white, and nothing
+        fitted beside the wave.
+        """
+        k = np.arange(2 * LEAST_WAVES, int(2.0 * self.highest) + 1)
+        along, across, length = (np.zeros(k.size, dtype=np.complex128) for _ in range(3))
+        first = 0
+        for block, (matrix, t) in zip(self.blocks, self._pressed, strict=True):
+            sigma = block.laid.recording.noise.sigma
+            rows = np.flatnonzero(block.chosen)
+            z = np.zeros(block.chosen.size)
+            z[rows] = self.z[first : first + rows.size] / sigma
+            first += rows.size
+            weights, places = _by_row(matrix[rows] / sigma, t)
+            along += _waves(matrix.T @ z, t, k)
+            both = (weights[:, :, np.newaxis] * weights[:, np.newaxis]).ravel()
+            across += _waves(both, (places[:, :, np.newaxis] + places[:, np.newaxis]).ravel(), k)
+            length += _waves(both, (places[:, :, np.newaxis] - places[:, np.newaxis]).ravel(), k)
+        lobes = self.blocks[0].laid.built.case.drive.trochoid.lobes
+        grid = np.asarray(0.5 * k, dtype=np.float64)
+        power = _power(along, across, length.real, length.real)
+        form = np.abs((grid + 0.5 * lobes) % lobes - 0.5 * lobes) <= _OFF_LOBES
+        return grid, np.where(form, 0.0, power)
+
+    @cached_property
+    def _pressed(self) -> list[tuple[csr_array, FloatArray]]:
+        """For each file what its rows gain by removals at the places pressed on [per mm], shape (rows, places), and
+        the angles of these places along the disc, lobe 1's root at zero [rad].
+        """
+        found = []
+        for block in self.blocks:
+            built = block.laid.built
+            trochoid = built.case.drive.trochoid
+            discs = range(built.discs) if self.disc is None else [self.disc - 1]
+            rows, angles, weights = [], [], []
+            for j in discs:
+                row, along, weight = block.laid.first_order.flank_weights(j)
+                # From the tip before lobe 1 to the same: there a number that does not come out even jumps.
+                t = (np.mod(along + math.pi, trochoid.phase_period) - math.pi) / trochoid.lobes
+                # Disc j is mounted turned by so much against the first.
+                mounted = 0.0 if self.disc is not None else 2.0 * math.pi * j / (built.discs * trochoid.lobes)
+                rows.append(row)
+                angles.append(t + mounted)
+                weights.append(weight)
+            t, row = np.concatenate(angles), np.concatenate(rows)
+            data = (np.concatenate(weights), (row, np.arange(t.size)))
+            found.append((csr_array(data, shape=(block.chosen.size, t.size)), t))
+        return found
+
+
+def unscanned(blocks: Sequence[Whitened]) -> list[int]:
+    """Discs, counted from 1, that turns show and no scan; none without turns."""
+    if not any(block.laid.recording.kind in _TURNS for block in blocks):
+        return []
+    scanned = {block.laid.recording.disc for block in blocks if block.laid.recording.kind == "profile_scan"}
+    return [j + 1 for j in range(blocks[0].laid.built.discs) if j not in scanned]
+
+
+def _basis(columns: FloatArray) -> FloatArray:
+    """Orthonormal columns of the same span."""
+    scale = np.linalg.norm(columns, axis=0)
+    U, s, _ = np.linalg.svd(columns[:, scale > 0.0] / scale[scale > 0.0], full_matrices=False)
+    basis: FloatArray = U[:, s > 1e-9 * s[0]] if s.size else U
+    return basis
+
+
+def _by_row(matrix: csr_array, t: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Weights and places of each row beside one another, filled up with weights of zero; shape (rows, most)."""
+    counts = np.diff(matrix.indptr)
+    most = int(np.max(counts, initial=0))
+    inside = np.arange(most) < counts[:, np.newaxis]
+    weights, places = np.zeros(inside.shape), np.zeros(inside.shape)
+    weights[inside], places[inside] = matrix.data, t[matrix.indices]
+    return weights, places
+
+
+def _waves(weight: FloatArray, t: FloatArray, k: np.ndarray) -> ComplexArray:
+    """Σ weight exp(i k t/2) for whole numbers k, places on a grid."""
+    cell = np.round(t * (_CELLS / (4.0 * math.pi))).astype(np.intp) % _CELLS
+    found: ComplexArray = np.conj(np.fft.rfft(np.bincount(cell, weights=weight, minlength=_CELLS)))[k]
+    return found
+
+
+def _power(along: ComplexArray, across: ComplexArray, length: FloatArray, whole: FloatArray) -> FloatArray:
+    """Fall of chi² by cosine and sine together, from sums of z C, of C² and of |C|²; ``whole``, |C|² before anything
+    known was taken off it.
+    """
+    cc, ss, cs = 0.5 * (length + across.real), 0.5 * (length - across.real), 0.5 * across.imag
+    det = cc * ss - cs * cs
+    both = det > (0.5 * _ONE_OF_TWO * whole) ** 2
+    fall = ss * along.real**2 - 2.0 * cs * along.real * along.imag + cc * along.imag**2
+    power: FloatArray = np.where(both, fall, 0.0) / np.where(both, det, 1.0)
+    return power
