@@ -9,6 +9,7 @@ import numpy as np
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.contact.as_built import AS_DRAWN, AsBuilt
 from cycloid_profile.contact.energy import StageEnergy
+from cycloid_profile.contact.following import following
 from cycloid_profile.contact.sharing import LoadSharing
 from cycloid_profile.contact.support import support_model
 from cycloid_profile.errors import LoadError
@@ -39,7 +40,7 @@ def influence(sharing: LoadSharing, as_built: AsBuilt = AS_DRAWN) -> Influence:
     hessian = energy.hessian(point)
     carrier = np.zeros_like(point.gradient)
     carrier[:, 0] = 1.0
-    answer = (np.linalg.pinv(hessian, hermitian=True, rcond=1e-13) @ carrier[..., np.newaxis])[..., 0]
+    answer = following(hessian, carrier[..., np.newaxis], rcond=1e-13)[..., 0]
     moved = answer[:, energy.disc_unknowns][..., np.newaxis, :]
     along = energy.normal_x * moved[..., 0] + energy.normal_y * moved[..., 1] + energy.lever * moved[..., 2]
     stretched = np.einsum("psdu,pu->psd", energy.spring_stretch, answer)

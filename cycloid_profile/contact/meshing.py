@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from cycloid_profile.arrays import ArrayLike, ComplexArray, FloatArray, IntArray
 from cycloid_profile.errors import LoadError
 from cycloid_profile.geometry.trochoid import Trochoid
 
+_REMEMBERED = 64  # blocks of poses, of a megabyte each
 _OVER_POSES = ("crank_angle", "phase", "lobe", "pin_centre", "into_lobe")
 
 
@@ -99,6 +101,16 @@ def mesh(trochoid: Trochoid, crank_angle: ArrayLike, discs: int = 1) -> Meshing:
     into_lobe = slow * np.exp(-1j * pin_angle)
     path = trochoid.jet(psi)
     return Meshing(trochoid, phi, psi, lobe, path.centre, into_lobe)
+
+
+def mesh_of_block(trochoid: Trochoid, crank_angle: FloatArray, discs: int) -> Meshing:
+    """The same, remembered: one reducer after another is looked at in the same poses. For one block of them."""
+    return _remembered(trochoid, finite_angles(crank_angle).tobytes(), discs)
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def _remembered(trochoid: Trochoid, crank_angle: bytes, discs: int) -> Meshing:
+    return mesh(trochoid, np.frombuffer(crank_angle), discs)
 
 
 def finite_angles(crank_angle: ArrayLike) -> FloatArray:

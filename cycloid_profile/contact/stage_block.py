@@ -11,8 +11,9 @@ from cycloid_profile.contact.as_built import AsBuilt
 from cycloid_profile.contact.backlash import OVERLAP_TOLERANCE, closing_turn
 from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.contact.energy import EnergyPoint, StageEnergy, minimise
+from cycloid_profile.contact.following import following
 from cycloid_profile.contact.gap import Gaps, gaps
-from cycloid_profile.contact.meshing import mesh
+from cycloid_profile.contact.meshing import mesh_of_block
 from cycloid_profile.contact.near import REFRESHES, WHOLE_STEPS, settled_near
 from cycloid_profile.contact.sharing import STATUSES, LoadSharing, StageMotion, StagePlace, Status
 from cycloid_profile.contact.support import support_model
@@ -32,7 +33,7 @@ class StageBlock:
     ) -> None:
         self.case, self.as_built, self.tolerance, self.torque = case, as_built, tolerance, torque
         self.direction = np.sign(torque)
-        self.meshing = mesh(case.drive.trochoid, crank_angle, case.drive.discs)
+        self.meshing = mesh_of_block(case.drive.trochoid, crank_angle, case.drive.discs)
         self.support = support_model(case.drive, self.meshing.crank_angle, as_built)
         self.spring_matrix = self.support.spring_matrix
 
@@ -277,7 +278,6 @@ def _torsional_stiffness(problem: StageEnergy, point: EnergyPoint) -> FloatArray
     lost = np.any(np.isnan(hessian), axis=(1, 2))
     hessian[lost] = 0.0
     discs, coupling = hessian[:, 1:, 1:], hessian[:, 1:, :1]
-    # A disc afloat has nothing to follow with: pinv leaves it where it is.
-    follow = np.linalg.pinv(discs, hermitian=True, rcond=1e-12) @ coupling
+    follow = following(discs, coupling, rcond=1e-12)
     stiffness: FloatArray = hessian[:, 0, 0] - np.sum(coupling * follow, axis=(1, 2))
     return np.where(lost, np.nan, stiffness)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cycloid_profile.arrays import FloatArray, IntArray
+from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
 from cycloid_profile.contact.as_built import AS_DRAWN, AsBuilt
 from cycloid_profile.geometry.drive import CentralEccentric, Cranks, Drive
 
@@ -60,6 +60,13 @@ def support_model(drive: Drive, crank_angle: FloatArray, as_built: AsBuilt = AS_
     return _central(drive, drive.support, crank_angle)
 
 
+def support_misfit(drive: Drive, crank_angle: FloatArray, as_built: AsBuilt) -> FloatArray:
+    """``SupportModel.misfit`` alone, at crank angles of shape (poses, discs) [rad]."""
+    if isinstance(drive.support, Cranks):
+        return _misfit_of_cranks(drive, drive.support, crank_angle, as_built)
+    return np.zeros((*crank_angle.shape, 2))
+
+
 def crank_turn_per_carrier_turn(drive: Drive) -> float:
     """Turn of a crank against the housing per carrier turn with the input held: 1 + z1/z2 (Eq. 33).
 
@@ -77,9 +84,7 @@ def _cranks(drive: Drive, cranks: Cranks, crank_angle: FloatArray, as_built: AsB
     a = drive.trochoid.eccentricity
     # Velocity of an eccentric's centre per unit Θ: carried round with the carrier, and turned by its crank.
     swing = 1j * a * crank_turn_per_carrier_turn(drive) * np.exp(1j * crank_angle)
-    # The carrier has turned by −φ/z_c when the crank of disc 1 stands at φ.
-    carrier = np.exp(-1j * crank_angle[:, 0] / drive.trochoid.lobes)
-    misfit = np.zeros((poses, discs, cranks.count), dtype=np.complex128)
+    carrier = _carrier(drive, crank_angle)
     for j in range(discs):
         own = 1 + 3 * j
         rigid[:, own], rigid[:, own + 1], rigid[:, own + 2] = swing[:, j].real, swing[:, j].imag, 1.0
@@ -89,6 +94,26 @@ def _cranks(drive: Drive, cranks: Cranks, crank_angle: FloatArray, as_built: AsB
             stretch[:, j, m, 0, 0], stretch[:, j, m, 1, 0] = eccentric.real, eccentric.imag
             stretch[:, j, m, range(2), range(own, own + 2)] = -1.0
             stretch[:, j, m, 0, own + 2], stretch[:, j, m, 1, own + 2] = -arm.real, -arm.imag
+    return SupportModel(
+        disc_unknowns=np.arange(1, unknowns).reshape(discs, 3),
+        spring_stretch=stretch.reshape(poses, -1, 2, unknowns),
+        misfit=_misfit_of_cranks(drive, cranks, crank_angle, as_built),
+        stiffness=cranks.bearing_stiffness,
+        play=cranks.bearing_play,
+        rigid_motion=rigid,
+        arm=_arms(drive, unknowns, 3),
+    )
+
+
+def _carrier(drive: Drive, crank_angle: FloatArray) -> ComplexArray:
+    """Direction of the carrier, which has turned by −φ/z_c when the crank of disc 1 stands at φ, shape (poses,)."""
+    direction: ComplexArray = np.exp(-1j * crank_angle[:, 0] / drive.trochoid.lobes)
+    return direction
+
+
+def _misfit_of_cranks(drive: Drive, cranks: Cranks, crank_angle: FloatArray, as_built: AsBuilt) -> FloatArray:
+    carrier = _carrier(drive, crank_angle)
+    misfit = np.zeros((*crank_angle.shape, cranks.count), dtype=np.complex128)
     turned = np.exp(1j * crank_angle)[..., np.newaxis]
     if as_built.eccentric_shift is not None:
         misfit += as_built.eccentric_shift * turned
@@ -98,16 +123,8 @@ def _cranks(drive: Drive, cranks: Cranks, crank_angle: FloatArray, as_built: AsB
         # A planet turns on the carrier by the crank's angle less the carrier's own.
         planet = crank_angle[:, 0] * (1.0 + 1.0 / drive.trochoid.lobes)
         lead = (as_built.crank_lead * np.exp(1j * planet)[:, np.newaxis]).real
-        misfit += 1j * a * turned * lead[:, np.newaxis, :]
-    return SupportModel(
-        disc_unknowns=np.arange(1, unknowns).reshape(discs, 3),
-        spring_stretch=stretch.reshape(poses, -1, 2, unknowns),
-        misfit=np.stack([misfit.real, misfit.imag], axis=-1).reshape(poses, -1, 2),
-        stiffness=cranks.bearing_stiffness,
-        play=cranks.bearing_play,
-        rigid_motion=rigid,
-        arm=_arms(drive, unknowns, 3),
-    )
+        misfit += 1j * drive.trochoid.eccentricity * turned * lead[:, np.newaxis, :]
+    return np.stack([misfit.real, misfit.imag], axis=-1).reshape(len(misfit), -1, 2)
 
 
 def _central(drive: Drive, eccentric: CentralEccentric, crank_angle: FloatArray) -> SupportModel:
@@ -123,7 +140,7 @@ def _central(drive: Drive, eccentric: CentralEccentric, crank_angle: FloatArray)
     return SupportModel(
         disc_unknowns=np.array([[1 + 2 * j, 2 + 2 * j, 0] for j in range(discs)]),
         spring_stretch=stretch,
-        misfit=np.zeros((poses, discs, 2)),
+        misfit=support_misfit(drive, crank_angle, AS_DRAWN),
         stiffness=eccentric.bearing_stiffness,
         play=eccentric.bearing_play,
         rigid_motion=rigid,

@@ -13,7 +13,7 @@ import numpy as np
 
 from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
 from cycloid_profile.contact.influence import Influence, influence
-from cycloid_profile.contact.support import support_model
+from cycloid_profile.contact.support import support_misfit
 from cycloid_profile.effects.built import Built
 from cycloid_profile.effects.pattern import removal_between
 from cycloid_profile.geometry.profile import ToothProfile
@@ -123,7 +123,7 @@ class _TermAnswer:
     def _misfit(self, built: Built) -> FloatArray:
         stage = self.term.sharing.stage
         assert stage is not None
-        return support_model(built.case.drive, stage.meshing.crank_angle, built.parts).misfit
+        return support_misfit(built.case.drive, stage.meshing.crank_angle, built.parts)
 
     def _of_stiffness(self, after: Built) -> FloatArray:
         """Softer contacts open like gaps, softer or looser bearings stretch like misfits, by what their force takes."""

@@ -19,6 +19,7 @@ from cycloid_profile.effects.process import (
     CumulativePitchError,
     DiscRunout,
     FlankWear,
+    GrindingChatter,
     MissingDeformationCompensation,
     SingleToothError,
     WheelWearDrift,
@@ -42,9 +43,10 @@ effects = st.lists(
         st.builds(PinRingOval, amplitude_um=size, phase_deg=angle),
         st.builds(CrankHoleError, amplitude_um=size, direction_deg=angle, crank=st.integers(1, 3), disc=st.just(1)),
         st.builds(CrankBearingClearance, radial_um=size),
-        # Corners at root and tip, and a tooth known by points.
+        # Corners at root and tip, a tooth known by points, and waves shorter than a contact is wide.
         st.builds(MissingDeformationCompensation, amount_um=signed),
         st.builds(FlankWear, amount_um=size),
+        st.builds(GrindingChatter, amplitude_um=st.floats(0.05, 0.4), waves_per_turn=st.floats(100.0, 1500.0)),
     ),
     min_size=1,
     max_size=3,
@@ -106,8 +108,14 @@ def test_the_feet_need_not_be_known(drawn, foot_known):
 
 @pytest.mark.parametrize(
     ("effect", "taken"),
-    [(MissingDeformationCompensation(amount_um=1.0), True), (FlankWear(amount_um=2.0), False)],
-    ids=["corners", "points"],
+    [
+        (MissingDeformationCompensation(amount_um=1.0), True),
+        (FlankWear(amount_um=2.0), True),
+        (GrindingChatter(amplitude_um=0.1, waves_per_turn=800.5), True),
+        # So steep that a pin has a foot on either side of a wave.
+        (GrindingChatter(amplitude_um=1.0, waves_per_turn=1500.0), False),
+    ],
+    ids=["corners", "points", "waves", "steep waves"],
 )
 def test_the_short_cut_is_taken_where_it_can_be_and_only_there(drawn, effect, taken, monkeypatch):
     place = solved(drawn, 1.0).place
