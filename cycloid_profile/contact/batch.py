@@ -16,11 +16,13 @@ BLOCK = 256  # poses; the arrays of one block and its temporaries fit a second-l
 
 
 def over_blocks(solve: Callable[[slice], Result], poses: int, size: int = BLOCK) -> Iterator[Result]:
-    """``solve`` of each block, in order. A pose's answer must not depend on its block, rounding apart.
+    """``solve`` of each block of at most ``size``, in order, all about as large: a small one would cost as much.
 
-    On one thread: numpy's calls on arrays of this size are so short that threads wait for each other.
+    A pose's answer must not depend on its block, rounding apart. On one thread: numpy's calls on arrays of this size
+    are so short that threads wait for each other.
     """
-    return (solve(slice(start, min(start + size, poses))) for start in range(0, max(poses, 1), size))
+    count = max(-(-poses // size), 1)
+    return (solve(slice(poses * i // count, poses * (i + 1) // count)) for i in range(count))
 
 
 def poses_and_torques(crank_angle: ArrayLike, torque: ArrayLike) -> tuple[FloatArray, FloatArray]:
