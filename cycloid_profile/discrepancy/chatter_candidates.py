@@ -4,7 +4,7 @@ off.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -12,11 +12,12 @@ from cycloid_profile.arrays import FloatArray
 from cycloid_profile.discrepancy.candidates import Candidate, chatter
 from cycloid_profile.discrepancy.chatter_waves import PEAK, chatter_peaks, peak_near
 from cycloid_profile.discrepancy.climbing import Start
+from cycloid_profile.discrepancy.evidence import estimate
 from cycloid_profile.discrepancy.exact import ExactModel, State
 from cycloid_profile.discrepancy.library import Library
-from cycloid_profile.discrepancy.normal import Whitened
+from cycloid_profile.discrepancy.normal import Whitened, normal
 from cycloid_profile.discrepancy.optimum import Optimum
-from cycloid_profile.discrepancy.waves_under_pins import WavesUnderPins, unscanned
+from cycloid_profile.discrepancy.waves_under_pins import AS_GOOD, WavesUnderPins, unscanned
 
 # Of what is left. Turns show every effect as waves, and one of them always comes nearest to what has no name yet.
 _LEAST_SHARE = 0.5
@@ -39,13 +40,23 @@ def standing_out(model: ExactModel, best: Optimum | None = None) -> list[Candida
     return found if known else [*found, *_under_pins(model, state, members)]
 
 
-def with_waves_below(model: ExactModel, library: Library, best: Optimum) -> tuple[Library, Start | None]:
-    """The library with waves that stood below what larger effects made of the spectrum, and where to begin with it."""
+def with_waves_below(model: ExactModel, library: Library, best: Optimum) -> tuple[Library, list[Start]]:
+    """The library with waves that stood below what larger effects made of the spectrum, and where to begin with them:
+    the best set with each, and without one of its members, which may have stood for it.
+    """
     more = standing_out(model, best) if best.members else []
-    return library.with_more(more), (library.places(best.members), best.u) if more else None
+    library, starts = library.with_more(more), list[Start]()
+    mine = list(range(len(best.members)))
+    for wave in more:
+        members = (*best.members, wave)
+        equations = normal(model.at(best).blocks, members).about(mine, best.u)
+        for left_out in (None, *(mine if len(mine) > 1 else ())):
+            some = [i for i in range(len(members)) if i != left_out]
+            starts.append((library.places([members[i] for i in some]), estimate(equations, some)[0]))
+    return library, starts
 
 
-def with_waves_anew(model: ExactModel, library: Library, best: Optimum) -> tuple[Library, Start | None]:
+def with_waves_anew(model: ExactModel, library: Library, best: Optimum) -> tuple[Library, list[Start]]:
     """The library with chatter of as many waves as it has beside the other members, which moved its peak before, and
     where to begin with it.
     """
@@ -61,7 +72,7 @@ def with_waves_anew(model: ExactModel, library: Library, best: Optimum) -> tuple
             members[i] = chatter(beside, disc)
     fresh = [new for new, old in zip(members, best.members, strict=True) if new is not old]
     library = library.with_more(fresh)
-    return library, (library.places(members), best.u) if fresh else None
+    return library, [(library.places(members), best.u)] if fresh else []
 
 
 def with_waves_elsewhere(model: ExactModel, library: Library, best: Optimum) -> Library:
@@ -90,16 +101,20 @@ def _beside(state: State, others: Sequence[Candidate], waves: float, disc: int |
     return WavesUnderPins(state.blocks, others, disc).near(waves) if unscanned(state.blocks) else waves
 
 
-def _under_pins(model: ExactModel, state: State, members: Sequence[Candidate]) -> Iterator[Candidate]:
-    """The strongest wave of each disc that was not scanned, and of all discs if none was."""
+def _under_pins(model: ExactModel, state: State, members: Sequence[Candidate]) -> list[Candidate]:
+    """The strongest wave of the discs that were not scanned, one or all of them if none was; where discs do not tell,
+    that of each.
+    """
     discs: list[int | None] = [*unscanned(state.blocks)]
     if len(discs) == state.built.discs > 1:
         discs.append(None)
+    peaks = []
     for disc in discs:
         waves, before = WavesUnderPins(state.blocks, members, disc), WavesUnderPins(model.nothing.blocks, (), disc)
-        for peak in waves.strongest()[:1]:
-            if peak.p_value < PEAK and peak.power > max(_LEAST_SHARE * waves.excess, _LEAST_OF_GAP * before.excess):
-                yield chatter(peak.waves, disc)
+        least = max(_LEAST_SHARE * waves.excess, _LEAST_OF_GAP * before.excess)
+        peaks += [peak for peak in waves.strongest()[:1] if peak.p_value < PEAK and peak.power > least]
+    highest = max((peak.power for peak in peaks), default=0.0)
+    return [chatter(peak.waves, peak.disc) for peak in peaks if peak.power > highest - AS_GOOD]
 
 
 def _left(block: Whitened, members: Sequence[Candidate]) -> FloatArray:

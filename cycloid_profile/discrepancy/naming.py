@@ -13,7 +13,7 @@ from cycloid_profile.discrepancy.chatter_candidates import (
     with_waves_below,
     with_waves_elsewhere,
 )
-from cycloid_profile.discrepancy.climbing import Climb, about, contributes, nothing
+from cycloid_profile.discrepancy.climbing import Climb, about, contributes, leaves_something, nothing
 from cycloid_profile.discrepancy.evidence import estimate
 from cycloid_profile.discrepancy.exact import ExactModel
 from cycloid_profile.discrepancy.exchange import exchanged
@@ -76,10 +76,12 @@ def named(
         few = fewest(model, gain)
         climb = Climb(model, library, _RESCORINGS, tell, thorough=thorough, sieve=few)
     for other in (with_waves_below, with_waves_anew):
-        library, start = other(model, library, best)
-        if start is not None:
+        library, starts = other(model, library, best)
+        if starts:
             climb = Climb(model, library, _RESCORINGS, tell, climb.found, thorough, few)
-            climb.up([start], _FINAL_ROUNDS)
+            best = climb.up(starts, 0)
+            if model.only_scans or leaves_something(model, best):
+                climb.up(starts, _FINAL_ROUNDS)
             best = _first_that_contributes(climb)
     library = with_waves_elsewhere(model, library, best)
     return Named(best, model, library, about(model, library, best), tuple(climb.ranked))

@@ -28,7 +28,7 @@ _PROPOSED, _LEADING, _APART = 12, 4, 2.0
 _ROUGHLY, _CLOSELY = np.arange(-2, 3) / 5.0, np.arange(-25, 26) / 50.0
 _OFF_LOBES = 2.5  # waves: what repeats on every lobe is form, and so is that with an error once or twice round the disc
 _GAIN = 2.0  # of chi²: what less is gained by is not worth another number of waves
-_AS_GOOD = 9.0  # of chi²: three standard deviations between two numbers of waves
+AS_GOOD = 9.0  # of chi²: three standard deviations between two numbers of waves
 # The square of an estimated standard deviation scatters by this over the number of rows.
 _SCATTER = 6.0
 # Below this share of what cosine and sine would show if they were alike, a wave shows as good as one of them.
@@ -71,9 +71,10 @@ class WavesUnderPins:
 
     @property
     def highest(self) -> float:
-        """The largest number of waves that is looked for."""
+        """The largest number of waves that is looked for: rows as close as half a wave do not take it for another."""
         trochoid = self.blocks[0].laid.built.case.drive.trochoid
-        return 2.0 * math.pi * trochoid.pin_circle_radius / _SHORTEST
+        closest = min(float(np.median(np.diff(block.laid.position))) for block in self.blocks)
+        return min(2.0 * math.pi * trochoid.pin_circle_radius / _SHORTEST, math.pi / closest)
 
     @property
     def excess(self) -> float:
@@ -94,7 +95,7 @@ class WavesUnderPins:
             rough.append((float(np.max(self.power(grid[top] + _ROUGHLY))), float(grid[top])))
             power[np.abs(grid - grid[top]) < _APART] = 0.0
         fine = sorted((self._near(waves) for _, waves in sorted(rough, reverse=True)[:_LEADING]), reverse=True)
-        return [self._peak(*one, grid.size) for one in fine if one[0] > fine[0][0] - _AS_GOOD]
+        return [self._peak(*one, grid.size) for one in fine if one[0] > fine[0][0] - AS_GOOD]
 
     def _peak(self, power: float, waves: float, looks: int) -> Peak:
         C = self._shown(np.array([waves]))[:, 0]
