@@ -20,6 +20,8 @@ from cycloid_profile.contact.sharing import LoadSharing, StagePlace, joined
 from cycloid_profile.contact.stage_block import StageBlock
 
 Summary = TypeVar("Summary")
+# Poses × pins of one call from which compiled code pays, the one time that it must be compiled all but made up for.
+_MANY = 500_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,10 +73,11 @@ class StageEquilibrium:
         """The same, a block of poses at a time in order: for more poses than the memory holds pins of."""
         self.as_built.check(case.drive)
         phi, T = poses_and_torques(crank_angle, case.torque if torque is None else torque)
+        compiled = phi.size * case.drive.trochoid.pins * case.drive.discs >= _MANY
 
         def solved(cut: slice) -> LoadSharing:
             block = StageBlock(case, self.as_built, self.tolerance, phi[cut], T[cut])
-            return block.solved(None if near is None else near.poses(cut))
+            return block.solved(None if near is None else near.poses(cut), compiled)
 
         return over_blocks(solved, phi.size)
 

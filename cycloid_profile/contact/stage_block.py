@@ -37,40 +37,49 @@ class StageBlock:
         self.support = support_model(case.drive, self.meshing.crank_angle, as_built)
         self.spring_matrix = self.support.spring_matrix
 
-    def solved(self, near: StagePlace | None = None) -> LoadSharing:
-        """Every pose at equilibrium, or with the reason why it has none."""
+    def solved(self, near: StagePlace | None = None, compiled: bool = False) -> LoadSharing:
+        """Every pose at equilibrium, or with the reason why it has none.
+
+        ``near``, where the search begins; first touch is not looked for then. ``compiled``, from first touch on by the
+        short cut where it can be taken, as it is beside ``near``.
+        """
         if near is not None:
-            return self._solved_beside(near)
+            outcome = np.full(len(self.torque), _CONVERGED)
+            u, seen, history = self._settled_from(self._unknowns(near), near.foot, outcome)
+            none = np.full(self.meshing.phase.shape, np.nan)
+            return self._sharing(u, none[:, 0, 0], none, outcome, seen, history)
         begin, seen, outcome = self._rigid_touch()
         touch, gap_at_touch = begin[:, 0], seen.gap.copy()
-        u, history = self._searched(begin, seen, np.zeros(len(begin)), outcome)
+        if compiled:
+            u, seen, history = self._settled_from(begin, seen.foot, outcome)
+        else:
+            u, history = self._searched(begin, seen, np.zeros(len(begin)), outcome)
         return self._sharing(u, touch, gap_at_touch, outcome, seen, history)
 
-    def _solved_beside(self, near: StagePlace) -> LoadSharing:
-        """The same where first touch is not looked for; the plain search takes the poses that the short cut leaves."""
-        begin, outcome = self._unknowns(near), np.full(len(self.torque), _CONVERGED)
+    def _settled_from(
+        self, begin: FloatArray, foot: FloatArray | None, outcome: IntArray
+    ) -> tuple[FloatArray, Gaps, list[tuple[float, float]]]:
+        """By the short cut; the plain search takes the poses that it leaves. ``outcome`` is kept up to date."""
         everywhere, history = np.arange(len(begin)), list[tuple[float, float]]()
         rests = settled_near(
             self.case, self.as_built, self.meshing, self.support, self.torque, self._tolerance(everywhere),
-            self._overclosure(), begin, near.foot,
+            self._overclosure(), begin, foot,
         )  # fmt: skip
         if rests is None:
-            u, seen, history = self._searched_from(begin, outcome)
-        else:
-            u, seen, settled = rests
-            if any(tooth.corners for tooth in self.as_built.teeth or [self.case.profile]):
-                settled[settled] = self._balanced(everywhere[settled], u, seen)
-            left = everywhere[~settled]
-            if left.size:
-                others = StageBlock(
-                    self.case, self.as_built, self.tolerance, self.meshing.crank_angle[left, 0], self.torque[left]
-                )
-                how = outcome[left]
-                u[left], found, history = others._searched_from(begin[left], how)
-                seen.put(left, found)
-                outcome[left] = how
-        none = np.full(self.meshing.phase.shape, np.nan)
-        return self._sharing(u, none[:, 0, 0], none, outcome, seen, history)
+            return self._searched_from(begin, outcome)
+        u, seen, settled = rests
+        if any(tooth.corners for tooth in self.as_built.teeth or [self.case.profile]):
+            settled[settled] = self._balanced(everywhere[settled], u, seen)
+        left = everywhere[~settled]
+        if left.size:
+            others = StageBlock(
+                self.case, self.as_built, self.tolerance, self.meshing.crank_angle[left, 0], self.torque[left]
+            )
+            how = outcome[left]
+            u[left], found, history = others._searched_from(begin[left], how)
+            seen.put(left, found)
+            outcome[left] = how
+        return u, seen, history
 
     def _balanced(self, active: IntArray, u: FloatArray, seen: Gaps) -> BoolArray:
         """Whether the active poses balance with exact gaps, which are written into ``seen``."""

@@ -131,6 +131,20 @@ def test_the_short_cut_is_taken_where_it_can_be_and_only_there(drawn, effect, ta
     assert [answer is not None and bool(np.mean(answer[2]) > 0.9) for answer in answers] == [taken]
 
 
+@pytest.mark.parametrize("share", [1.0, -0.03])
+def test_many_poses_from_first_touch_on(drawn, share, monkeypatch):
+    """No place is known beforehand: first touch is looked for, and told, as ever."""
+    built = FlankWear(amount_um=1.0).apply(CumulativePitchError(amplitude_um=3.0, phase_deg=20.0).apply(drawn))
+    plain = solved(built, share)
+    monkeypatch.setattr("cycloid_profile.contact.stage._MANY", POSES * 80)
+    compiled = solved(built, share)
+    assert len(compiled.history) < len(plain.history)
+    assert_alike(compiled, plain)
+    np.testing.assert_array_equal(compiled.touch, plain.touch)
+    np.testing.assert_array_equal(compiled.gap, plain.gap)
+    np.testing.assert_array_equal(compiled.outcome, plain.outcome)
+
+
 def test_poses_that_the_short_cut_leaves_are_searched_for(drawn, monkeypatch):
     place = solved(drawn, 1.0).place
     built = CumulativePitchError(amplitude_um=3.0, phase_deg=20.0).apply(drawn)
