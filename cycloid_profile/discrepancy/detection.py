@@ -20,6 +20,7 @@ from cycloid_profile.discrepancy.candidates import places
 from cycloid_profile.discrepancy.chance import several, tail
 from cycloid_profile.discrepancy.chatter_waves import chatter_spectrum
 from cycloid_profile.discrepancy.laid import settled
+from cycloid_profile.discrepancy.noise import SCATTER_OF_ESTIMATE
 from cycloid_profile.discrepancy.normal import Normal, Whitened
 from cycloid_profile.discrepancy.waves_under_pins import WavesUnderPins, unscanned
 from cycloid_profile.units import DEGREE
@@ -29,8 +30,6 @@ _WINDOWS = (4, 12, 40, 120)
 _PHASE_BINS = 24
 _LOW_ORDERS = 12
 _MULTIPLES = 6
-# The square of an estimated standard deviation scatters by this over the number of rows.
-_SCATTER = 6.0
 # The simulation errs by its accuracy all over; by more in a wave's amplitude, by still more in a narrow place.
 _WAVE_LIMIT = math.sqrt(2.0)
 _LOCAL_LIMIT = 5.0
@@ -156,7 +155,7 @@ def _of_block(block: Whitened, z: FloatArray) -> list[Finding]:
     base = Finding(recording.name, recording.unit, "file", 0.0, 0.0, 0.0, 1.0)
     excess = float(z @ z) / n - 1.0
     rms = sigma * math.sqrt(max(excess, 0.0))
-    p = tail(excess / math.sqrt((2.0 + _SCATTER) / n))
+    p = tail(excess / math.sqrt((2.0 + SCATTER_OF_ESTIMATE) / n))
     found = [replace(base, amplitude=rms, p_value=p)]
     for width in _WINDOWS:
         if n >= 4 * width:

@@ -15,6 +15,8 @@ from cycloid_profile.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 
 Values = TypeVar("Values", FloatArray, ComplexArray)
 
+# The square of an estimated standard deviation scatters by this over the number of rows.
+SCATTER_OF_ESTIMATE = 6.0
 # Beyond so many standard deviations a difference is no noise: a step, a pit, a slip.
 _CLIPPED = 4.5
 _LEAST_ROWS = 12

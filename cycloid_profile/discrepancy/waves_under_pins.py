@@ -7,7 +7,7 @@ row gains by a removal there (docs/theory.md, Eq. 50) and t the angle along the 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -18,6 +18,7 @@ from cycloid_profile.arrays import ComplexArray, FloatArray
 from cycloid_profile.discrepancy.candidates import Candidate
 from cycloid_profile.discrepancy.chance import several
 from cycloid_profile.discrepancy.chatter_waves import LEAST_WAVES
+from cycloid_profile.discrepancy.noise import SCATTER_OF_ESTIMATE
 from cycloid_profile.discrepancy.normal import Whitened
 
 _TURNS = frozenset({"transmission_error", "lost_motion_map"})
@@ -29,8 +30,7 @@ _ROUGHLY, _CLOSELY = np.arange(-2, 3) / 5.0, np.arange(-25, 26) / 50.0
 _OFF_LOBES = 2.5  # waves: what repeats on every lobe is form, and so is that with an error once or twice round the disc
 _GAIN = 2.0  # of chi²: what less is gained by is not worth another number of waves
 AS_GOOD = 9.0  # of chi²: three standard deviations between two numbers of waves
-# The square of an estimated standard deviation scatters by this over the number of rows.
-_SCATTER = 6.0
+_AT_ONCE = 2_000_000  # pairs of pins
 # Below this share of what cosine and sine would show if they were alike, a wave shows as good as one of them.
 _ONE_OF_TWO = 0.1
 
@@ -80,18 +80,16 @@ class WavesUnderPins:
     def excess(self) -> float:
         """What is left of chi² above its number of rows, less what that scatters by."""
         rows = self.z.size
-        return float(self.z @ self.z) - rows - 2.0 * math.sqrt((2.0 + _SCATTER) * rows)
+        return float(self.z @ self.z) - rows - 2.0 * math.sqrt((2.0 + SCATTER_OF_ESTIMATE) * rows)
 
     def strongest(self) -> list[Peak]:
         """The wave that explains most, to a fiftieth of a wave, and those that explain hardly less, best first; what
         repeats on every lobe is left out.
         """
         grid, power = self._spectrum()
-        rough = []
-        for _ in range(_PROPOSED):
+        rough: list[tuple[float, float]] = []
+        while len(rough) < _PROPOSED and np.any(power > 0.0):
             top = int(np.argmax(power))
-            if not power[top] > 0.0:
-                break
             rough.append((float(np.max(self.power(grid[top] + _ROUGHLY))), float(grid[top])))
             power[np.abs(grid - grid[top]) < _APART] = 0.0
         fine = sorted((self._near(waves) for _, waves in sorted(rough, reverse=True)[:_LEADING]), reverse=True)
@@ -154,9 +152,10 @@ class WavesUnderPins:
             first += rows.size
             weights, places = _by_row(matrix[rows] / sigma, t)
             along += _waves(matrix.T @ z, t, k)
-            both = (weights[:, :, np.newaxis] * weights[:, np.newaxis]).ravel()
-            across += _waves(both, (places[:, :, np.newaxis] + places[:, np.newaxis]).ravel(), k)
-            length += _waves(both, (places[:, :, np.newaxis] - places[:, np.newaxis]).ravel(), k)
+            for w, at in _in_parts(weights, places):
+                both = w[:, :, np.newaxis] * w[:, np.newaxis]
+                across += _waves(both, at[:, :, np.newaxis] + at[:, np.newaxis], k)
+                length += _waves(both, at[:, :, np.newaxis] - at[:, np.newaxis], k)
         lobes = self.blocks[0].laid.built.case.drive.trochoid.lobes
         grid = np.asarray(0.5 * k, dtype=np.float64)
         power = _power(along, across, length.real, length.real)
@@ -215,10 +214,16 @@ def _by_row(matrix: csr_array, t: FloatArray) -> tuple[FloatArray, FloatArray]:
     return weights, places
 
 
+def _in_parts(weights: FloatArray, places: FloatArray) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Some rows after the other, few enough for all pairs of their pins."""
+    parts = max(math.ceil(weights.size * weights.shape[1] / _AT_ONCE), 1)
+    return zip(np.array_split(weights, parts), np.array_split(places, parts), strict=True)
+
+
 def _waves(weight: FloatArray, t: FloatArray, k: np.ndarray) -> ComplexArray:
     """Σ weight exp(i k t/2) for whole numbers k, places on a grid."""
-    cell = np.round(t * (_CELLS / (4.0 * math.pi))).astype(np.intp) % _CELLS
-    found: ComplexArray = np.conj(np.fft.rfft(np.bincount(cell, weights=weight, minlength=_CELLS)))[k]
+    cell = np.round(t.ravel() * (_CELLS / (4.0 * math.pi))).astype(np.intp) % _CELLS
+    found: ComplexArray = np.conj(np.fft.rfft(np.bincount(cell, weights=weight.ravel(), minlength=_CELLS)))[k]
     return found
 
 

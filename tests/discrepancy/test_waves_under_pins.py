@@ -127,6 +127,11 @@ def test_it_is_looked_for_where_chi2_shows_nothing(drawn):
     assert "file" not in striking
 
 
+def test_rows_too_far_apart_for_any_wave_show_none(drawn):
+    few = record(drawn, simulate(drawn, "transmission_error", Settings(noise=0.15, seed=1, points=24)))
+    assert WavesUnderPins(ExactModel(drawn, [few]).nothing.blocks, (), 1).strongest() == []
+
+
 def test_a_disc_that_was_scanned_is_left_to_its_scan(drawn, chattering):
     scanned = record(drawn, simulate(drawn, "profile_scan", Settings(noise=0.3, seed=1)))
     both = ExactModel(drawn, [scanned, *chattering.recordings])
