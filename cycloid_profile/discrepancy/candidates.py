@@ -26,7 +26,7 @@ from cycloid_profile.errors import CycloidError
 # A size is as likely as a normal distribution of twice the workshop tolerance; beyond 3.5 of those it is no workshop's.
 _WIDTH_OF_TOLERANCE = 2.0
 _LEAST_WIDTH_UM = 1.5
-_IMPLAUSIBLE = 3.5
+IMPLAUSIBLE = 3.5
 # A pin out of place is told as one of another radius; waves of chatter are found by their spectrum.
 ONLY_TOLERANCES = frozenset({"pin_position_error"})
 _NOT_LISTED = ONLY_TOLERANCES | {"grinding_chatter"}
@@ -67,7 +67,7 @@ class Candidate:
     @property
     def implausible(self) -> float:
         """Size of the coordinates beyond which no workshop makes it."""
-        return _IMPLAUSIBLE * self.width
+        return IMPLAUSIBLE * self.width
 
     @property
     def label(self) -> str:

@@ -32,6 +32,8 @@ _EXPLAINED = 0.9  # of the gap, for a name beside a remainder
 _REMAINDER = 0.02  # of the first gap
 _SPOILT = 25.0  # of chi²
 
+NotSeen = dict[str, tuple[float, str]]
+
 
 def diagnose(
     built: Built,
@@ -56,65 +58,53 @@ def diagnose(
         If a file cannot be of this reducer.
     """
     tell("reading the files against the simulation")
-    for measurement in (*measurements, *held_out):
-        screen(built, measurement)
-    ready = [record(built, m, _disc(built, m, discs, i)) for i, m in enumerate(measurements)]
-    recordings = with_noise_of_repeats(ready)
-    checks = [hold_all_out(record(built, m, _disc(built, m, None, 0))) for m in held_out]
-    notes = [f"{r.name}: {note}" for r in recordings for note in r.notes]
-    scanned = frozenset(r.disc for r in recordings if r.kind == "profile_scan")
-    curves = any(r.kind != "profile_scan" for r in recordings)
-    library = list(candidates(built, scanned, curves))
+    files = _read(built, measurements, discs, held_out)
+    library = list(candidates(built, files.scanned, files.curves))
     probes = Probes(built)
     tell("looking for what is beyond the noise")
-    laid = counted_alike(built, [Laid(r, built, probes) for r in recordings], library, probes)
+    laid = counted_alike(built, [Laid(r, built, probes) for r in files.recordings], library, probes)
     model = ExactModel(built, [one.recording for one in laid], probes, laid)
-    everything, equations, detection = _looked_at(model, library)
-    not_seen = smallest_detectable(equations, detection.families)
-    checked = [Laid(r, built, probes) for r in checks]
-    before = [*laid, *checked]
-    if not detection.striking:
-        if detection.significant:
-            notes.append("what differs is significant but smaller than the simulation can be trusted for")
-        gaps = tuple(_gap(a.recording, a, a) for a in before)
-        return Diagnosis(
-            built, built, "agrees", (), detection, detection, (), None, (), not_seen, gaps, tuple(notes), 0.0
-        )
-    looked = _Looked(model, everything, equations, detection)
+    looked = _looked_at(model, library)
+    not_seen = smallest_detectable(looked.equations, looked.detection.families)
+    if not looked.detection.striking:
+        return _agreement(looked, files, not_seen)
     account = _account(named(model, library, tell), looked, library, tell)
-    if account.worst is not None and curves:
+    if account.worst is not None and files.curves:
         tell("something is left: every place of an effect by itself")
         again = _account(named(account.found.model, library, tell, thorough=True), account.looked, library, tell)
         if again.final.log_evidence > account.final.log_evidence:
             account = again
-    found, final, left, worst = account.found, account.final, account.left, account.worst
-    everything, equations, detection = account.looked.everything, account.looked.equations, account.looked.detection
-    before, best = [*found.model.nothing.laid, *checked], found.best
-    first, after = everything.nothing.chi2, final.chi2
-    explained = (first - after) / max(first - equations.rows, 1e-9)
-    effects: tuple[NamedEffect, ...] = ()
-    stands = worst is None or (explained > _EXPLAINED and not _spoils(everything, final))
-    if best.members and best.log_evidence >= _LEAST_EVIDENCE and stands:
-        effects = named_effects(found, everything, final, tell)
-        notes += [*elsewhere_told(effects), *turned_round(everything, final)]
-    else:
-        worst = _most_striking(detection)
-    corrected = _with(built, effects)
-    after_laid = before
-    if effects:
-        # Sizes of the rows to fit only: what was held out is held out.
-        known = found.model.at(best).laid
-        # Which lobe is the first shows only now, on teeth whose lobes differ.
-        after_laid = [*known, *(Laid(replace(r, placed=None), corrected, probes) for r in checks)]
-    gaps = tuple(_gap(a.recording, a, b) for a, b in zip(before, after_laid, strict=True))
-    where = _places(detection) or _places(detect(everything.nothing.blocks, None, settle=True))
-    verdict = "effects_found" if effects else "unknown_effect"
-    near = () if effects else nearest(everything, equations)
-    notes += [one.sentence for one in near if one.too_large]
-    return Diagnosis(
-        built, corrected, verdict, effects, detection, left, where, worst, near, not_seen, gaps,
-        tuple(notes), best.log_evidence,
-    )  # fmt: skip
+    return _answer(account, files, not_seen, tell)
+
+
+@dataclass(frozen=True, eq=False)
+class _Files:
+    """What was measured, made ready: ``recordings`` to explain, ``checks`` to be looked at in the end."""
+
+    recordings: tuple[Recording, ...]
+    checks: tuple[Recording, ...]
+
+    @property
+    def notes(self) -> list[str]:
+        return [f"{r.name}: {note}" for r in self.recordings for note in r.notes]
+
+    @property
+    def scanned(self) -> frozenset[int]:
+        return frozenset(r.disc for r in self.recordings if r.kind == "profile_scan")
+
+    @property
+    def curves(self) -> bool:
+        return any(r.kind != "profile_scan" for r in self.recordings)
+
+
+def _read(
+    built: Built, measurements: Sequence[Measurement], discs: Sequence[int] | None, held_out: Sequence[Measurement]
+) -> _Files:
+    for measurement in (*measurements, *held_out):
+        screen(built, measurement)
+    ready = [record(built, m, _disc(built, m, discs, i)) for i, m in enumerate(measurements)]
+    checks = tuple(hold_all_out(record(built, m, _disc(built, m, None, 0))) for m in held_out)
+    return _Files(tuple(with_noise_of_repeats(ready)), checks)
 
 
 def _disc(built: Built, measurement: Measurement, discs: Sequence[int] | None, number: int) -> int:
@@ -147,7 +137,7 @@ class _Account:
 def _account(found: Named, looked: _Looked, library: Sequence[Candidate], tell: Callable[[str], None]) -> _Account:
     """Of a set that may have been found with the lobes of a scan counted otherwise, so that its places are others."""
     if found.model is not looked.model:
-        looked = _Looked(found.model, *_looked_at(found.model, library))
+        looked = _looked_at(found.model, library)
     tell("checking what is left")
     everything, best = looked.everything, found.best
     final = everything.optimum(Attempt(best.members, best.u, steps=3), found.library.prior(best.members)) or best
@@ -155,11 +145,74 @@ def _account(found: Named, looked: _Looked, library: Sequence[Candidate], tell: 
     return _Account(found, looked, final, left, _worst_left(left, everything.nothing))
 
 
-def _looked_at(model: ExactModel, library: Sequence[Candidate]) -> tuple[ExactModel, Normal, Detection]:
-    """The model with all rows to fit, its equations, and what strikes."""
+def _looked_at(model: ExactModel, library: Sequence[Candidate]) -> _Looked:
     everything = model.with_rows([hold_nothing_out(r) for r in model.recordings])
     equations = normal(everything.nothing.blocks, library)
-    return everything, equations, detect(everything.nothing.blocks, equations)
+    return _Looked(model, everything, equations, detect(everything.nothing.blocks, equations))
+
+
+def _agreement(looked: _Looked, files: _Files, not_seen: NotSeen) -> Diagnosis:
+    """The answer where nothing is beyond the noise and the accuracy of the simulation."""
+    model, detection, notes = looked.model, looked.detection, files.notes
+    if detection.significant:
+        notes.append("what differs is significant but smaller than the simulation can be trusted for")
+    laid = [*model.nothing.laid, *(Laid(r, model.built, model.probes) for r in files.checks)]
+    gaps = tuple(_gap(one.recording, one, one) for one in laid)
+    return Diagnosis(
+        model.built, model.built, "agrees", (), detection, detection, (), None, (), not_seen, gaps, tuple(notes), 0.0
+    )
+
+
+def _answer(account: _Account, files: _Files, not_seen: NotSeen, tell: Callable[[str], None]) -> Diagnosis:
+    """The names where they stand, else what is unknown and where."""
+    looked, best = account.looked, account.found.best
+    built, notes = looked.model.built, files.notes
+    effects: tuple[NamedEffect, ...] = ()
+    if _stands(account):
+        effects = named_effects(account.found, looked.everything, account.final, tell)
+        notes += [*elsewhere_told(effects), *turned_round(looked.everything, account.final)]
+    corrected = _with(built, effects)
+    where = _places(looked.detection) or _places(detect(looked.everything.nothing.blocks, None, settle=True))
+    near = () if effects else nearest(looked.everything, looked.equations)
+    notes += [one.sentence for one in near if one.too_large]
+    return Diagnosis(
+        built,
+        corrected,
+        "effects_found" if effects else "unknown_effect",
+        effects,
+        looked.detection,
+        account.left,
+        where,
+        account.worst if effects else _most_striking(looked.detection),
+        near,
+        not_seen,
+        _gaps(account, files, corrected, bool(effects)),
+        tuple(notes),
+        best.log_evidence,
+    )
+
+
+def _stands(account: _Account) -> bool:
+    """Whether the best set may be told: likely enough, and with a remainder only if it explains nearly all."""
+    best, looked = account.found.best, account.looked
+    if not best.members or best.log_evidence < _LEAST_EVIDENCE:
+        return False
+    first, rows = looked.everything.nothing.chi2, looked.equations.rows
+    explained = (first - account.final.chi2) / max(first - rows, 1e-9)
+    return account.worst is None or (explained > _EXPLAINED and not _spoils(looked.everything, account.final))
+
+
+def _gaps(account: _Account, files: _Files, corrected: Built, named: bool) -> tuple[FileGap, ...]:
+    """Each file before and after, sizes of the rows to fit only: what was held out is held out."""
+    found = account.found
+    probes = found.model.probes
+    before = [*found.model.nothing.laid, *(Laid(r, found.model.built, probes) for r in files.checks)]
+    after = before
+    if named:
+        # Which lobe is the first shows only now, on teeth whose lobes differ.
+        checked = [Laid(replace(r, placed=None), corrected, probes) for r in files.checks]
+        after = [*found.model.at(found.best).laid, *checked]
+    return tuple(_gap(a.recording, a, b) for a, b in zip(before, after, strict=True))
 
 
 def _spoils(everything: ExactModel, final: Optimum) -> bool:

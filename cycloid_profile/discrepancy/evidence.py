@@ -17,12 +17,11 @@ import numpy as np
 from scipy.special import log_ndtr
 
 from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
-from cycloid_profile.discrepancy.candidates import Candidate, places
+from cycloid_profile.discrepancy.candidates import IMPLAUSIBLE, Candidate, places
 from cycloid_profile.discrepancy.normal import Normal, coordinates
 
 CHANCE = 0.05
 _LEADERS = 40
-_IMPLAUSIBLE = 3.5
 _INVISIBLE = 0.01  # (standard deviations)² that a whole width of an effect shows
 ALIAS = 0.999  # cosine above which no data of these kinds tell two effects apart
 
@@ -90,7 +89,7 @@ def is_plausible(members: Sequence[Candidate], u: FloatArray) -> bool:
     """Whether no coordinate pair of ``u`` is one that no workshop makes, or on the wrong side of zero."""
     parts = u.reshape(-1, 2)
     negative = [c.one_sided and x <= 0.0 for c, x in zip(members, parts[:, 0], strict=True)]
-    return bool(np.all(np.hypot(parts[:, 0], parts[:, 1]) <= _IMPLAUSIBLE)) and not any(negative)
+    return bool(np.all(np.hypot(parts[:, 0], parts[:, 1]) <= IMPLAUSIBLE)) and not any(negative)
 
 
 def with_one_more(equations: Normal, priors: FloatArray, members: Sequence[int]) -> Scored:
@@ -180,6 +179,6 @@ def _scores(equations: Normal, priors: FloatArray, sets: IntArray) -> list[Score
     half = np.any(one_sided[sets], axis=1)
     if np.any(half):
         value[half] += _of_half_priors(u[half], np.linalg.inv(B[half]), one_sided[sets[half]])
-    allowed = np.all(np.hypot(parts[..., 0], parts[..., 1]) <= _IMPLAUSIBLE, axis=1)
+    allowed = np.all(np.hypot(parts[..., 0], parts[..., 1]) <= IMPLAUSIBLE, axis=1)
     allowed &= ~np.any(one_sided[sets] & (parts[..., 0] <= 0.0), axis=1)
     return [Scored(tuple(int(i) for i in row), float(v)) for row, v, ok in zip(sets, value, allowed, strict=True) if ok]
