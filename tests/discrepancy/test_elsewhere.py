@@ -44,6 +44,7 @@ def test_half_an_oval_on_both_discs_turns_the_output_like_a_whole_one_on_one():
     assert ") or elsewhere, 0." in effect_in_words(oval)
 
 
+@pytest.mark.slow
 def test_a_large_oval_of_one_disc_is_of_that_disc():
     (oval,) = told(1.0, disc=1).effects
     assert oval.parameters["disc"] == 1

@@ -77,6 +77,7 @@ def test_a_scan_counted_from_half_a_turn_off_is_counted_right_beside_the_named_o
     assert recounted(models["right"], models["right"], library, best) is models["right"]
 
 
+@pytest.mark.slow
 def test_what_a_scan_shows_alone_is_tried_from_every_lobe_on(built):
     """A pitch error of both discs cancels on the bench to first order, and another effect stands beside it there."""
     machine = PinRingOval(amplitude_um=2.0, phase_deg=20.0).apply(
