@@ -103,8 +103,8 @@ def mesh(trochoid: Trochoid, crank_angle: ArrayLike, discs: int = 1) -> Meshing:
     return Meshing(trochoid, phi, psi, lobe, path.centre, into_lobe)
 
 
-def mesh_of_block(trochoid: Trochoid, crank_angle: FloatArray, discs: int) -> Meshing:
-    """The same, remembered: one reducer after another is looked at in the same poses. For one block of them."""
+def remembered_mesh(trochoid: Trochoid, crank_angle: FloatArray, discs: int) -> Meshing:
+    """The same for a block of poses that is asked for again and again; the latest are kept."""
     return _remembered(trochoid, finite_angles(crank_angle).tobytes(), discs)
 
 

@@ -15,7 +15,7 @@ from cycloid_profile.arrays import ArrayLike
 from cycloid_profile.contact.as_built import AS_DRAWN, AsBuilt
 from cycloid_profile.contact.batch import over_blocks, poses_and_torques
 from cycloid_profile.contact.case import LoadCase
-from cycloid_profile.contact.meshing import mesh_cycle
+from cycloid_profile.contact.meshing import mesh, mesh_cycle, remembered_mesh
 from cycloid_profile.contact.sharing import LoadSharing, StagePlace, joined
 from cycloid_profile.contact.stage_block import StageBlock
 
@@ -76,7 +76,10 @@ class StageEquilibrium:
         compiled = phi.size * case.drive.trochoid.pins * case.drive.discs >= _MANY
 
         def solved(cut: slice) -> LoadSharing:
-            block = StageBlock(case, self.as_built, self.tolerance, phi[cut], T[cut])
+            # Beside a known place one reducer after another is looked at in the same poses.
+            meshed = mesh if near is None else remembered_mesh
+            meshing = meshed(case.drive.trochoid, phi[cut], case.drive.discs)
+            block = StageBlock(case, self.as_built, self.tolerance, meshing, T[cut])
             return block.solved(None if near is None else near.poses(cut), compiled)
 
         return over_blocks(solved, phi.size)

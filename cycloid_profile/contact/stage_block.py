@@ -13,7 +13,7 @@ from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.contact.energy import EnergyPoint, StageEnergy, minimise
 from cycloid_profile.contact.following import following
 from cycloid_profile.contact.gap import Gaps, gaps
-from cycloid_profile.contact.meshing import mesh_of_block
+from cycloid_profile.contact.meshing import Meshing
 from cycloid_profile.contact.near import REFRESHES, WHOLE_STEPS, settled_near
 from cycloid_profile.contact.sharing import STATUSES, LoadSharing, StageMotion, StagePlace, Status
 from cycloid_profile.contact.support import support_model
@@ -29,11 +29,11 @@ class StageBlock:
     """One block of poses on its way to equilibrium."""
 
     def __init__(
-        self, case: LoadCase, as_built: AsBuilt, tolerance: float, crank_angle: FloatArray, torque: FloatArray
+        self, case: LoadCase, as_built: AsBuilt, tolerance: float, meshing: Meshing, torque: FloatArray
     ) -> None:
         self.case, self.as_built, self.tolerance, self.torque = case, as_built, tolerance, torque
         self.direction = np.sign(torque)
-        self.meshing = mesh_of_block(case.drive.trochoid, crank_angle, case.drive.discs)
+        self.meshing = meshing
         self.support = support_model(case.drive, self.meshing.crank_angle, as_built)
         self.spring_matrix = self.support.spring_matrix
 
@@ -72,9 +72,7 @@ class StageBlock:
             settled[settled] = self._balanced(everywhere[settled], u, seen)
         left = everywhere[~settled]
         if left.size:
-            others = StageBlock(
-                self.case, self.as_built, self.tolerance, self.meshing.crank_angle[left, 0], self.torque[left]
-            )
+            others = StageBlock(self.case, self.as_built, self.tolerance, self.meshing.poses(left), self.torque[left])
             how = outcome[left]
             u[left], found, history = others._searched_from(begin[left], how)
             seen.put(left, found)
