@@ -45,21 +45,24 @@ class StageBlock:
         """
         if near is not None:
             outcome = np.full(len(self.torque), _CONVERGED)
-            u, seen, history = self._settled_from(self._unknowns(near), near.foot, outcome)
+            corners = any(tooth.corners for tooth in self.as_built.teeth or [self.case.profile])
+            u, seen, history = self._settled_from(self._unknowns(near), near.foot, outcome, check=corners)
             none = np.full(self.meshing.phase.shape, np.nan)
             return self._sharing(u, none[:, 0, 0], none, outcome, seen, history)
         begin, seen, outcome = self._rigid_touch()
         touch, gap_at_touch = begin[:, 0], seen.gap.copy()
         if compiled:
-            u, seen, history = self._settled_from(begin, seen.foot, outcome)
+            u, seen, history = self._settled_from(begin, seen.foot, outcome, check=True)
         else:
             u, history = self._searched(begin, seen, np.zeros(len(begin)), outcome)
         return self._sharing(u, touch, gap_at_touch, outcome, seen, history)
 
     def _settled_from(
-        self, begin: FloatArray, foot: FloatArray | None, outcome: IntArray
+        self, begin: FloatArray, foot: FloatArray | None, outcome: IntArray, check: bool
     ) -> tuple[FloatArray, Gaps, list[tuple[float, float]]]:
-        """By the short cut; the plain search takes the poses that it leaves. ``outcome`` is kept up to date."""
+        """By the short cut, its balances checked with exact gaps if wanted; the plain search takes the poses that it
+        leaves. ``outcome`` is kept up to date.
+        """
         everywhere, history = np.arange(len(begin)), list[tuple[float, float]]()
         rests = settled_near(
             self.case, self.as_built, self.meshing, self.support, self.torque, self._tolerance(everywhere),
@@ -68,7 +71,7 @@ class StageBlock:
         if rests is None:
             return self._searched_from(begin, outcome)
         u, seen, settled = rests
-        if any(tooth.corners for tooth in self.as_built.teeth or [self.case.profile]):
+        if check:
             settled[settled] = self._balanced(everywhere[settled], u, seen)
         left = everywhere[~settled]
         if left.size:
