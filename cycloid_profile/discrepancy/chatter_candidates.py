@@ -17,7 +17,7 @@ from cycloid_profile.discrepancy.exact import ExactModel, State
 from cycloid_profile.discrepancy.library import Library
 from cycloid_profile.discrepancy.normal import Whitened, normal
 from cycloid_profile.discrepancy.optimum import Optimum
-from cycloid_profile.discrepancy.waves_under_pins import AS_GOOD, WavesUnderPins, unscanned
+from cycloid_profile.discrepancy.waves_under_pins import AS_GOOD, Peak, WavesUnderPins, unscanned
 
 # Of what is left. Turns show every effect as waves, and one of them always comes nearest to what has no name yet.
 _LEAST_SHARE = 0.5
@@ -108,10 +108,12 @@ def _under_pins(model: ExactModel, state: State, members: Sequence[Candidate]) -
     discs: list[int | None] = [*unscanned(state.blocks)]
     if len(discs) == state.built.discs > 1:
         discs.append(None)
-    peaks = []
+    if not discs:
+        return []
+    first, peaks = WavesUnderPins(model.nothing.blocks, (), None).excess, list[Peak]()
     for disc in discs:
-        waves, before = WavesUnderPins(state.blocks, members, disc), WavesUnderPins(model.nothing.blocks, (), disc)
-        least = max(_LEAST_SHARE * waves.excess, _LEAST_OF_GAP * before.excess)
+        waves = WavesUnderPins(state.blocks, members, disc)
+        least = max(_LEAST_SHARE * waves.excess, _LEAST_OF_GAP * first)
         peaks += [peak for peak in waves.strongest()[:1] if peak.p_value < PEAK and peak.power > least]
     highest = max((peak.power for peak in peaks), default=0.0)
     return [chatter(peak.waves, peak.disc) for peak in peaks if peak.power > highest - AS_GOOD]
