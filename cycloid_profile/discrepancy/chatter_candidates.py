@@ -64,8 +64,7 @@ def with_waves_anew(model: ExactModel, library: Library, best: Optimum) -> tuple
     for i, member in enumerate(members):
         if member.name != "grinding_chatter":
             continue
-        others = [m for m in members if m is not member]
-        state = model.state(others, np.delete(best.u, [2 * i, 2 * i + 1]))
+        others, state = _without(model, best, i)
         waves, disc = float(member.choice["waves_per_turn"]), member.choice.get("disc")
         beside = waves if state is None else _beside(state, others, waves, disc)
         if beside != waves:
@@ -83,13 +82,18 @@ def with_waves_elsewhere(model: ExactModel, library: Library, best: Optimum) -> 
         disc = member.choice.get("disc")
         if member.name != "grinding_chatter" or not (disc is None or disc in unscanned(model.nothing.blocks)):
             continue
-        others = [m for m in best.members if m is not member]
-        state = model.state(others, np.delete(best.u, [2 * i, 2 * i + 1]))
+        others, state = _without(model, best, i)
         if state is not None:
             peaks = WavesUnderPins(state.blocks, others, disc).strongest()
             known = float(member.choice["waves_per_turn"])
             library = library.with_more([chatter(p.waves, disc) for p in peaks if abs(p.waves - known) > 1.0])
     return library
+
+
+def _without(model: ExactModel, best: Optimum, i: int) -> tuple[list[Candidate], State | None]:
+    """The other members of the best set, and the state with them alone."""
+    others = [member for j, member in enumerate(best.members) if j != i]
+    return others, model.state(others, np.delete(best.u, [2 * i, 2 * i + 1]))
 
 
 def _beside(state: State, others: Sequence[Candidate], waves: float, disc: int | None) -> float:

@@ -27,14 +27,12 @@ def chatter_spectrum(block: Whitened, z: FloatArray | None = None) -> tuple[Floa
 def chatter_peaks(block: Whitened, z: FloatArray | None = None, most: int = 3) -> list[float]:
     """Numbers of waves of the strongest chatter that chance does not make, to a fiftieth of a wave."""
     grid, power = chatter_spectrum(block, z)
-    lobes = block.laid.built.case.drive.trochoid.lobes
+    off = off_lobes(grid, block.laid.built.case.drive.trochoid.lobes)
     found: list[float] = []
     for i in np.argsort(power)[::-1][:200]:
         if several(float(np.exp(-0.5 * power[i])), grid.size) > PEAK:
             break
-        # What repeats on every lobe is the form of the tooth, not a vibration.
-        off_lobes = abs((grid[i] + 0.5 * lobes) % lobes - 0.5 * lobes)
-        if off_lobes > 1.0 and all(abs(grid[i] - other) > _APART for other in found):
+        if off[i] > 1.0 and all(abs(grid[i] - other) > _APART for other in found):
             found.append(peak_near(block, float(grid[i]), block.projected(block.z) if z is None else z))
         if len(found) == most:
             break
@@ -82,8 +80,20 @@ def power_in_white_noise(block: Whitened, grid: FloatArray, z: FloatArray) -> Fl
 
 def _power(along: ComplexArray, across: ComplexArray, length: FloatArray, rows: int) -> FloatArray:
     """Fall of chi² by cosine and sine together, from sums of z times a wave, of its square and of its square's size."""
+    fall, det = cosine_and_sine(along, across, length)
+    power: FloatArray = fall / np.maximum(det, 1e-9 * rows * rows)
+    return power
+
+
+def cosine_and_sine(along: ComplexArray, across: ComplexArray, length: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The same fall times the determinant of the two equations, and that determinant."""
     # Sums of squares of cosine and sine, and of their product, from those of the complex wave.
     cc, ss, cs = 0.5 * (length + across.real), 0.5 * (length - across.real), 0.5 * across.imag
-    det = np.maximum(cc * ss - cs * cs, 1e-9 * rows * rows)
-    power: FloatArray = (ss * along.real**2 - 2.0 * cs * along.real * along.imag + cc * along.imag**2) / det
-    return power
+    fall: FloatArray = ss * along.real**2 - 2.0 * cs * along.real * along.imag + cc * along.imag**2
+    return fall, cc * ss - cs * cs
+
+
+def off_lobes(waves: FloatArray, lobes: int) -> FloatArray:
+    """How far numbers of waves are from repeating on every lobe, which is the form of the tooth and no vibration."""
+    off: FloatArray = np.abs((waves + 0.5 * lobes) % lobes - 0.5 * lobes)
+    return off

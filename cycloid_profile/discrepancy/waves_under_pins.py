@@ -17,7 +17,7 @@ from scipy.sparse import csr_array
 from cycloid_profile.arrays import ComplexArray, FloatArray
 from cycloid_profile.discrepancy.candidates import Candidate
 from cycloid_profile.discrepancy.chance import several
-from cycloid_profile.discrepancy.chatter_waves import LEAST_WAVES
+from cycloid_profile.discrepancy.chatter_waves import LEAST_WAVES, cosine_and_sine, off_lobes
 from cycloid_profile.discrepancy.noise import SCATTER_OF_ESTIMATE
 from cycloid_profile.discrepancy.normal import Whitened
 
@@ -159,8 +159,7 @@ class WavesUnderPins:
         lobes = self.blocks[0].laid.built.case.drive.trochoid.lobes
         grid = np.asarray(0.5 * k, dtype=np.float64)
         power = _power(along, across, length.real, length.real)
-        form = np.abs((grid + 0.5 * lobes) % lobes - 0.5 * lobes) <= _OFF_LOBES
-        return grid, np.where(form, 0.0, power)
+        return grid, np.where(off_lobes(grid, lobes) > _OFF_LOBES, power, 0.0)
 
     @cached_property
     def _pressed(self) -> list[tuple[csr_array, FloatArray]]:
@@ -231,9 +230,7 @@ def _power(along: ComplexArray, across: ComplexArray, length: FloatArray, whole:
     """Fall of chi² by cosine and sine together, from sums of z C, of C² and of |C|²; ``whole``, |C|² before anything
     known was taken off it.
     """
-    cc, ss, cs = 0.5 * (length + across.real), 0.5 * (length - across.real), 0.5 * across.imag
-    det = cc * ss - cs * cs
+    fall, det = cosine_and_sine(along, across, length)
     both = det > (0.5 * _ONE_OF_TWO * whole) ** 2
-    fall = ss * along.real**2 - 2.0 * cs * along.real * along.imag + cc * along.imag**2
     power: FloatArray = np.where(both, fall, 0.0) / np.where(both, det, 1.0)
     return power
