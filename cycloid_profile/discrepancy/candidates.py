@@ -60,6 +60,11 @@ class Candidate:
         return 1 if self.angle is None else 2
 
     @property
+    def on_all_discs(self) -> bool:
+        """Whether all discs have it, or see it in the ring."""
+        return self.kind.place is Place.RING or self.choice.get("disc", 0) is None
+
+    @property
     def waves(self) -> int:
         """How many times the effect repeats while its angle turns once: an oval does so twice."""
         return repeats(self.kind)

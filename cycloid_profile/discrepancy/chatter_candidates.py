@@ -16,13 +16,14 @@ from cycloid_profile.discrepancy.evidence import estimate
 from cycloid_profile.discrepancy.exact import ExactModel, State
 from cycloid_profile.discrepancy.library import Library
 from cycloid_profile.discrepancy.normal import Whitened, normal
-from cycloid_profile.discrepancy.optimum import Optimum
+from cycloid_profile.discrepancy.optimum import Attempt, Optimum
 from cycloid_profile.discrepancy.waves_under_pins import AS_GOOD, Peak, WavesUnderPins, unscanned
 
 # Of what is left. Turns show every effect as waves, and one of them always comes nearest to what has no name yet.
 _LEAST_SHARE = 0.5
 # Of the first gap in squares: less is what the simulation of large effects errs by.
 _LEAST_OF_GAP = 0.02**2
+_BESIDE = 4  # other effects that a wave is tried beside
 
 
 def standing_out(model: ExactModel, best: Optimum | None = None) -> list[Candidate]:
@@ -56,6 +57,33 @@ def with_waves_below(model: ExactModel, library: Library, best: Optimum) -> tupl
     return library, starts
 
 
+def with_waves_beside_others(
+    model: ExactModel, library: Library, best: Optimum, lead: Sequence[Optimum]
+) -> tuple[Library, list[Start]]:
+    """Where to begin with other effects that ``lead`` beside a wave on a disc that was not scanned, if the best set has
+    one: nobody knew of it when the others were told apart.
+    """
+    others, starts = {c.name for c in best.members if c.name != "grinding_chatter"}, list[Start]()
+    if not any(_unscanned_wave(model, member) for member in best.members):
+        return library, starts
+    unlike: dict[str, Optimum] = {}
+    for one in lead:
+        if len(one.members) == 1 and {one.members[0].name} != others:
+            unlike.setdefault(one.members[0].name, one)
+    for one in list(unlike.values())[:_BESIDE]:
+        fitted = model.optimum(Attempt(one.members, one.u), library.prior(one.members))
+        if fitted is not None and not fitted.implausible:
+            library, more = with_waves_below(model, library, fitted)
+            starts += more
+    return library, starts
+
+
+def _unscanned_wave(model: ExactModel, member: Candidate) -> bool:
+    """Whether a member is chatter that no scan shows."""
+    disc = member.choice.get("disc")
+    return member.name == "grinding_chatter" and (disc is None or disc in unscanned(model.nothing.blocks))
+
+
 def with_waves_anew(model: ExactModel, library: Library, best: Optimum) -> tuple[Library, list[Start]]:
     """The library with chatter of as many waves as it has beside the other members, which moved its peak before, and
     where to begin with it.
@@ -80,7 +108,7 @@ def with_waves_elsewhere(model: ExactModel, library: Library, best: Optimum) -> 
     """
     for i, member in enumerate(best.members):
         disc = member.choice.get("disc")
-        if member.name != "grinding_chatter" or not (disc is None or disc in unscanned(model.nothing.blocks)):
+        if not _unscanned_wave(model, member):
             continue
         others, state = _without(model, best, i)
         if state is not None:

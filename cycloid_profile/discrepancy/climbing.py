@@ -62,6 +62,10 @@ class Climb:
         self._rescorings_left = rescorings
         self._thorough = thorough
 
+    def with_library(self, library: Library, rescorings: int) -> Climb:
+        """A climb in a larger library, whose first members are those of this one, with what was found so far."""
+        return Climb(self.model, library, rescorings, self.tell, self.found, self._thorough, self._sieve)
+
     @property
     def ranked(self) -> list[Optimum]:
         """All sets rescored, best first."""
@@ -92,7 +96,10 @@ class Climb:
 
     def judged(self, optima: Sequence[Optimum], best: Optimum) -> Optimum:
         """The best of sets that few rows leave open, fitted on the exact model, and of what was the best before."""
-        starts = [(self.library.places(one.members), one.u) for one in optima]
+        return self.judge([(self.library.places(one.members), one.u) for one in optima], best)
+
+    def judge(self, starts: Sequence[Start], best: Optimum) -> Optimum:
+        """The best of sets fitted on the exact model from ``starts``, and of what was the best before."""
         self._rescorings_left = max(self._rescorings_left, len(starts))
         return self._rescored(starts, best, None)
 

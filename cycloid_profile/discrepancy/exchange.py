@@ -13,7 +13,7 @@ from cycloid_profile.discrepancy.normal import Normal
 from cycloid_profile.discrepancy.optimum import Attempt, Optimum
 
 _ROUNDS = 2
-_NAMES = 9  # for each member
+_RIVALS = 12  # for each member
 _LINEAR_ERROR = 0.01  # of what the member explains
 _LEAST_REACH = 40.0  # of the evidence
 _STEPS = 4
@@ -41,7 +41,9 @@ def exchanged(climb: Climb, few: ExactModel, best: Optimum) -> Optimum:
 
 
 def _swaps(climb: Climb, equations: Normal, places: list[int]) -> list[list[int]]:
-    """Sets with a member exchanged for the nearest of each other name that linear equations leave open."""
+    """Sets with a member exchanged for the nearest of each other name that linear equations leave open, of one disc
+    and of all: to first order half as much on both discs does the same.
+    """
     library, sets = climb.library, []
     whole = linear_evidence(equations, library.priors, places)
     for place in places:
@@ -49,10 +51,11 @@ def _swaps(climb: Climb, equations: Normal, places: list[int]) -> list[list[int]
         taken = {library.candidates[p].name for p in places}
         alone = linear_evidence(equations, library.priors, others)
         least = whole - max(_LEAST_REACH, _LINEAR_ERROR * (whole - alone))
-        nearest: dict[str, tuple[float, int]] = {}
+        nearest: dict[tuple[str, bool], tuple[float, int]] = {}
         for i, candidate in enumerate(library.candidates):
             score = (linear_evidence(equations, library.priors, [*others, i]), i)
             if candidate.name not in taken and score[0] > least:
-                nearest[candidate.name] = max(score, nearest.get(candidate.name, score))
-        sets += [[*others, i] for _, i in sorted(nearest.values(), reverse=True)[:_NAMES]]
+                kind = (candidate.name, candidate.on_all_discs)
+                nearest[kind] = max(score, nearest.get(kind, score))
+        sets += [[*others, i] for _, i in sorted(nearest.values(), reverse=True)[:_RIVALS]]
     return sets

@@ -49,17 +49,26 @@ class _Leading:
     linear: _Linear
 
 
-def named_on_few_rows(
-    model: ExactModel, library: Library, tell: Callable[[str], None], thorough: bool
-) -> tuple[ExactModel, Climb | None, list[Start], float]:
-    """The model with its lobes counted by what leads, the climb if it was on all rows, sets to go on with, and what the
-    best linear one gains in chi².
+@dataclass(frozen=True, eq=False)
+class OfFewRows:
+    """The ``model`` with its lobes counted by what leads, the ``climb`` if it was on all rows, the sets it ``starts``
+    from on all rows, what the best linear one gains in chi², and single effects that ``lead``, best first.
     """
+
+    model: ExactModel
+    climb: Climb | None
+    starts: list[Start]
+    gain: float
+    lead: list[Optimum]
+
+
+def named_on_few_rows(model: ExactModel, library: Library, tell: Callable[[str], None], thorough: bool) -> OfFewRows:
+    """What few rows say of large effects, for all rows to go on with."""
     leading = _leading(model, library, tell, thorough)
     model, gain = leading.model, leading.linear.gain
     if gain <= _WEAK:
         climb = Climb(model, library, _RESCORINGS_OF_WEAK, tell, thorough=thorough)
-        return model, climb, leading.linear.best, gain
+        return OfFewRows(model, climb, leading.linear.best, gain, leading.sets)
     thin = [thinned(r, _FEW_ROWS, _GAIN_KEPT / gain) for r in model.recordings]
     whole = all(a is b for a, b in zip(thin, model.recordings, strict=True))
     coarse = model if whole else model.with_recordings(thin)
@@ -74,7 +83,7 @@ def named_on_few_rows(
         if climb.found and not leaves_something(coarse, climb.ranked[0], _HARDLY_MORE):
             break
     starts_on_all = [(library.places(o.members), o.u) for o in _worth_all_rows(climb)]
-    return model, climb if coarse is model else None, starts_on_all, gain
+    return OfFewRows(model, climb if coarse is model else None, starts_on_all, gain, leading.sets)
 
 
 def _leading(model: ExactModel, library: Library, tell: Callable[[str], None], thorough: bool) -> _Leading:

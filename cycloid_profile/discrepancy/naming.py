@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.discrepancy.candidates import Candidate
@@ -11,14 +12,16 @@ from cycloid_profile.discrepancy.chatter_candidates import (
     standing_out,
     with_waves_anew,
     with_waves_below,
+    with_waves_beside_others,
     with_waves_elsewhere,
 )
-from cycloid_profile.discrepancy.climbing import Climb, about, contributes, leaves_something, nothing
+from cycloid_profile.discrepancy.climbing import Climb, Start, about, contributes, leaves_something, nothing
 from cycloid_profile.discrepancy.evidence import estimate
 from cycloid_profile.discrepancy.exact import ExactModel
 from cycloid_profile.discrepancy.exchange import exchanged
 from cycloid_profile.discrepancy.few_rows import named_on_few_rows
 from cycloid_profile.discrepancy.library import Library
+from cycloid_profile.discrepancy.missed_pairs import missed_pairs, strikes
 from cycloid_profile.discrepancy.normal import Normal
 from cycloid_profile.discrepancy.optimum import Optimum
 from cycloid_profile.discrepancy.recounting import counted_anew
@@ -27,6 +30,7 @@ from cycloid_profile.discrepancy.thinning import fewest
 _RESCORINGS = 8  # sets that one climb on all rows rescores at most
 _FINAL_ROUNDS = 2
 _RECOUNTS = 2
+_FEW_MEMBERS = 2  # of a set that two other effects may be hidden behind
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,15 +61,14 @@ def named(
     """
     frequencies = max((r.rows.size for r in model.recordings if r.kind != "hysteresis"), default=2)
     library = Library((*candidates, *standing_out(model)), frequencies)
-    model, climb, starts, gain = named_on_few_rows(model, library, tell, thorough)
-    few = fewest(model, gain)
-    if climb is None:
-        climb = Climb(model, library, _RESCORINGS, tell, thorough=thorough, sieve=few)
+    begun = named_on_few_rows(model, library, tell, thorough)
+    model, starts, few = begun.model, begun.starts, fewest(begun.model, begun.gain)
+    climb = begun.climb or Climb(model, library, _RESCORINGS, tell, thorough=thorough, sieve=few)
     for number in range(_RECOUNTS + 1):
         tell("rescoring on the exact model with all rows")
         climb.up(starts, _FINAL_ROUNDS)
         best = _first_that_contributes(climb)
-        if best.members and not (model.only_scans or model.only_loops):
+        if best.members and _has_turns(model):
             tell("one name for another on the exact model")
             exchanged(climb, few, best)
             best = _first_that_contributes(climb)
@@ -73,18 +76,41 @@ def named(
         if counted is model or number == _RECOUNTS:
             break
         model, starts = counted, [(library.places(best.members), begin.u)]
-        few = fewest(model, gain)
+        few = fewest(model, begun.gain)
         climb = Climb(model, library, _RESCORINGS, tell, thorough=thorough, sieve=few)
-    for other in (with_waves_below, with_waves_anew):
-        library, starts = other(model, library, best)
-        if starts:
-            climb = Climb(model, library, _RESCORINGS, tell, climb.found, thorough, few)
-            best = climb.up(starts, 0)
-            if model.only_scans or leaves_something(model, best):
-                climb.up(starts, _FINAL_ROUNDS)
-            best = _first_that_contributes(climb)
-    library = with_waves_elsewhere(model, library, best)
+    climb, waved = _tried(climb, with_waves_below, best)
+    if waved is best and _may_hide_a_pair(model, best):
+        exchanged(climb, few, climb.judge(missed_pairs(model, few, climb.library, begun.lead, tell), best))
+        climb, waved = _tried(climb, with_waves_below, _first_that_contributes(climb))
+    best = waved
+    for other in (partial(with_waves_beside_others, lead=begun.lead), with_waves_anew):
+        climb, best = _tried(climb, other, best)
+    library = with_waves_elsewhere(model, climb.library, best)
     return Named(best, model, library, about(model, library, best), tuple(climb.ranked))
+
+
+def _has_turns(model: ExactModel) -> bool:
+    return not (model.only_scans or model.only_loops)
+
+
+def _may_hide_a_pair(model: ExactModel, best: Optimum) -> bool:
+    return _has_turns(model) and 0 < len(best.members) <= _FEW_MEMBERS and strikes(model, best)
+
+
+_More = Callable[[ExactModel, Library, Optimum], tuple[Library, list[Start]]]
+
+
+def _tried(climb: Climb, more: _More, best: Optimum) -> tuple[Climb, Optimum]:
+    """A climb from what ``more`` proposes beside the ``best`` set, with a larger library, and the best set then."""
+    model = climb.model
+    library, starts = more(model, climb.library, best)
+    if starts:
+        climb = climb.with_library(library, _RESCORINGS)
+        best = climb.up(starts, 0)
+        if model.only_scans or leaves_something(model, best):
+            climb.up(starts, _FINAL_ROUNDS)
+        best = _first_that_contributes(climb)
+    return climb, best
 
 
 def _first_that_contributes(climb: Climb) -> Optimum:

@@ -11,7 +11,6 @@ import numpy as np
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.discrepancy.candidates import Candidate
-from cycloid_profile.effects.effect import Place
 
 FARTHEST = 4.0  # widths: no workshop makes that, and the equilibrium may not exist
 _STEPS = 8
@@ -58,9 +57,7 @@ class Optimum:
         alike = [
             i
             for i, member in enumerate(self.members)
-            if (member.kind.place is Place.RING or member.choice.get("disc", 0) is None)
-            and member.angle is not None
-            and member.waves == 1
+            if member.on_all_discs and member.angle is not None and member.waves == 1
         ]
         for count in range(1, len(alike) + 1):
             for some in combinations(alike, count):

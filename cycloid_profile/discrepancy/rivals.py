@@ -20,7 +20,7 @@ from cycloid_profile.discrepancy.outcome import NamedEffect, Sized
 from cycloid_profile.discrepancy.plan import separating_measurement
 
 DISTINGUISHED = 4.5  # half chi²: three standard deviations between two explanations
-_RESCORED_SWAPS = 4  # names
+_RESCORED_SWAPS = 4  # names, each of one disc and of all
 _RESCORED_PLACES = 6  # of the same name
 # Where few pins carry linear equations misjudge what loads other pins: more is judged by the exact model, which costs
 # little at the one place of a loop.
@@ -131,14 +131,15 @@ def _group(found: Named, about: Normal, member: int, tell: Callable[[str], None]
     if found.model.only_loops:
         names, at_places, reach = _RESCORED_OF_LOOPS, _PLACES_OF_LOOPS, _REACH_OF_CURVES
     judged: list[tuple[int, float]] = []
-    tried: Counter[str] = Counter()
+    tried: Counter[tuple[str, bool]] = Counter()
     for i, less in swaps(found, member, reach):
-        name = library.candidates[i].name
-        if name in group or tried[name] >= at_places:
+        name, kind = library.candidates[i].name, (library.candidates[i].name, library.candidates[i].on_all_discs)
+        if name in group or tried[kind] >= at_places:
             continue
-        if name in tried or len(tried) < names:
+        asked = {one for one, _ in tried}
+        if name in asked or len(asked) < names:
             # The nearest rivals are judged by the exact model, the others by the linear one.
-            tried[name] += 1
+            tried[kind] += 1
             judged.append((i, less))
         elif less < DISTINGUISHED:
             group[name] = library.candidates[i]

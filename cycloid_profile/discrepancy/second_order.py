@@ -88,8 +88,7 @@ def _shown(coarse: ExactModel, library: Library) -> Iterator[tuple[int, FloatArr
     """
     before = coarse.nothing
     for i, candidate in enumerate(library.candidates):
-        alike = candidate.kind.place is Place.RING or candidate.choice.get("disc", 0) is None
-        if candidate.angle is None or not alike or candidate.kind.place is Place.SENSOR:
+        if candidate.angle is None or not candidate.on_all_discs or candidate.kind.place is Place.SENSOR:
             continue
         shown = []
         for angle in np.deg2rad([0.0, 90.0, 45.0, 135.0]):

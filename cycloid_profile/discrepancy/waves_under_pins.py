@@ -28,6 +28,7 @@ _CELLS = 2**16  # of two turns of the disc
 _PROPOSED, _LEADING, _APART = 12, 4, 2.0
 _ROUGHLY, _CLOSELY = np.arange(-2, 3) / 5.0, np.arange(-25, 26) / 50.0
 _OFF_LOBES = 2.5  # waves: what repeats on every lobe is form, and so is that with an error once or twice round the disc
+_OF_MESH = 3  # multiples of its order
 _GAIN = 2.0  # of chi²: what less is gained by is not worth another number of waves
 AS_GOOD = 9.0  # of chi²: three standard deviations between two numbers of waves
 _AT_ONCE = 2_000_000  # pairs of pins
@@ -56,15 +57,16 @@ class WavesUnderPins:
     def __init__(self, blocks: Sequence[Whitened], members: Sequence[Candidate], disc: int | None) -> None:
         self.blocks = [block for block in blocks if block.laid.recording.kind in _TURNS]
         self.disc = disc
-        fitted = [np.hstack([block.nuisance, block.columns(members)]) for block in self.blocks]
-        nuisances = [block.nuisance.shape[1] for block in self.blocks]
-        # Zero and drift of each file are its own, the members those of all.
+        own = [np.hstack([block.nuisance, _mesh(block)]) for block in self.blocks]
+        nuisances = [one.shape[1] for one in own]
+        fitted = [np.hstack([one, block.columns(members)]) for one, block in zip(own, self.blocks, strict=True)]
+        # Zero, drift and mesh of each file are its own, the members those of all.
         columns = np.zeros((sum(len(one) for one in fitted), sum(nuisances) + 2 * len(members)))
         row, first = 0, 0
-        for one, own in zip(fitted, nuisances, strict=True):
-            columns[row : row + len(one), first : first + own] = one[:, :own]
-            columns[row : row + len(one), sum(nuisances) :] = one[:, own:]
-            row, first = row + len(one), first + own
+        for one, count in zip(fitted, nuisances, strict=True):
+            columns[row : row + len(one), first : first + count] = one[:, :count]
+            columns[row : row + len(one), sum(nuisances) :] = one[:, count:]
+            row, first = row + len(one), first + count
         self._known = _basis(columns)
         z = np.concatenate([block.z for block in self.blocks])
         self.z: FloatArray = z - self._known @ (self._known.T @ z)
@@ -193,6 +195,13 @@ def unscanned(blocks: Sequence[Whitened]) -> list[int]:
         return []
     scanned = {block.laid.recording.disc for block in blocks if block.laid.recording.kind == "profile_scan"}
     return [j + 1 for j in range(blocks[0].laid.built.discs) if j not in scanned]
+
+
+def _mesh(block: Whitened) -> FloatArray:
+    """Columns of what repeats with every mesh: the form of all lobes, loads and compliances, and no wave."""
+    trochoid = block.laid.built.case.drive.trochoid
+    angle = trochoid.lobes * trochoid.pins * np.outer(block.laid.position, 1.0 + np.arange(_OF_MESH))
+    return block.white(np.hstack([np.cos(angle), np.sin(angle)]))
 
 
 def _basis(columns: FloatArray) -> FloatArray:

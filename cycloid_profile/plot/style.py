@@ -68,6 +68,8 @@ def save(figure: Figure, folder: Path, name: str) -> tuple[Path, Path]:
         # A name in another script shows as boxes in the PNG only; the SVG and the report keep its letters.
         warnings.filterwarnings("ignore", message="Glyph .* missing from font")
         _save_png(figure, png)
+        # Both are laid out alike, and once: that takes as long as drawing.
+        figure.set_layout_engine("none")
         figure.savefig(svg, metadata={"Date": None, "Creator": None})
     return png, svg
 

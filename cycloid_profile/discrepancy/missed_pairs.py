@@ -1,0 +1,70 @@
+"""Pairs of effects that few rows do not tell from what fits them as well: asked again on all rows.
+
+One effect may bend the curves so much like two others that what it leaves is within the scatter of chi², and still
+stands out of all rows, at the order of the mesh most of all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from cycloid_profile.discrepancy.candidates import Candidate
+from cycloid_profile.discrepancy.climbing import Start
+from cycloid_profile.discrepancy.detection import detect
+from cycloid_profile.discrepancy.evidence import log_evidence_at
+from cycloid_profile.discrepancy.exact import ExactModel
+from cycloid_profile.discrepancy.library import Library
+from cycloid_profile.discrepancy.normal import normal
+from cycloid_profile.discrepancy.optimum import Optimum
+from cycloid_profile.discrepancy.starting_pairs import leading_pairs
+
+_ASKED, _STARTS = 40, 4  # pairs that all rows are asked about, and that are fitted on them
+_SAME = 0.01  # of chi²: of discs that show alike one is enough
+
+
+def strikes(model: ExactModel, best: Optimum) -> bool:
+    """Whether what the best set leaves stands out somewhere, however little of chi² it is."""
+    blocks = model.at(best).blocks
+    fitted = [block.columns(best.members) for block in blocks] if best.members else None
+    return bool(detect(blocks, None, fitted).striking)
+
+
+def missed_pairs(
+    model: ExactModel, few: ExactModel, library: Library, lead: Sequence[Optimum], tell: Callable[[str], None]
+) -> list[Start]:
+    """Where to begin with the pairs that the equations of all rows promise most of, about where ``few`` rows put them.
+
+    ``lead``, the single effects that do best on the few rows.
+    """
+    promised = list[tuple[float, Start]]()
+    for pair in _unlike(leading_pairs(few, library, lead, tell, thorough=False))[:_ASKED]:
+        state = model.state(pair.members, pair.u)
+        if state is None:
+            continue
+        everyone = list(range(len(pair.members)))
+        about = normal(state.blocks, pair.members).about(everyone, pair.u)
+        covariance = np.asarray(np.linalg.inv(np.eye(pair.u.size) + about.R), dtype=np.float64)
+        u = covariance @ about.b
+        fall = model.nothing.chi2 - float(about.chi2 - 2.0 * u @ about.b + u @ about.R @ u)
+        value = log_evidence_at(fall, u, covariance, library.prior(pair.members), pair.members)
+        promised.append((value, (library.places(pair.members), pair.u)))
+    promised.sort(key=lambda p: -p[0])
+    return [start for _, start in promised[:_STARTS]]
+
+
+def _unlike(pairs: Sequence[Optimum]) -> list[Optimum]:
+    """Without those that differ by their disc alone and fit the same."""
+    seen: dict[tuple[tuple[str, bool], ...], list[float]] = {}
+    kept = []
+    for pair in pairs:
+        known = seen.setdefault(_kind(pair.members), [])
+        if all(abs(pair.misfit - other) > _SAME for other in known):
+            known.append(pair.misfit)
+            kept.append(pair)
+    return kept
+
+
+def _kind(members: Sequence[Candidate]) -> tuple[tuple[str, bool], ...]:
+    return tuple(sorted((member.name, member.on_all_discs) for member in members))
