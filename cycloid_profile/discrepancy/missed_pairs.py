@@ -10,7 +10,6 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from cycloid_profile.discrepancy.candidates import Candidate
 from cycloid_profile.discrepancy.climbing import Start
 from cycloid_profile.discrepancy.detection import detect
 from cycloid_profile.discrepancy.evidence import log_evidence_at
@@ -20,15 +19,18 @@ from cycloid_profile.discrepancy.normal import normal
 from cycloid_profile.discrepancy.optimum import Optimum
 from cycloid_profile.discrepancy.starting_pairs import leading_pairs
 
-_ASKED, _STARTS = 40, 4  # pairs that all rows are asked about, and that are fitted on them
+_ASKED, _STARTS = 40, 4  # pairs that all rows are asked about, and unlike ones that are fitted on them
+_CHANCE = 0.1  # asking for nothing costs a minute, not asking a wrong name
 _SAME = 0.01  # of chi²: of discs that show alike one is enough
 
+_Kind = tuple[tuple[str, bool], ...]
 
-def strikes(model: ExactModel, best: Optimum) -> bool:
+
+def stands_out(model: ExactModel, best: Optimum) -> bool:
     """Whether what the best set leaves stands out somewhere, however little of chi² it is."""
     blocks = model.at(best).blocks
     fitted = [block.columns(best.members) for block in blocks] if best.members else None
-    return bool(detect(blocks, None, fitted).striking)
+    return detect(blocks, None, fitted).p_value < _CHANCE
 
 
 def missed_pairs(
@@ -38,7 +40,7 @@ def missed_pairs(
 
     ``lead``, the single effects that do best on the few rows.
     """
-    promised = list[tuple[float, Start]]()
+    promised = list[tuple[float, Optimum]]()
     for pair in _unlike(leading_pairs(few, library, lead, tell, thorough=False))[:_ASKED]:
         state = model.state(pair.members, pair.u)
         if state is None:
@@ -49,22 +51,24 @@ def missed_pairs(
         u = covariance @ about.b
         fall = model.nothing.chi2 - float(about.chi2 - 2.0 * u @ about.b + u @ about.R @ u)
         value = log_evidence_at(fall, u, covariance, library.prior(pair.members), pair.members)
-        promised.append((value, (library.places(pair.members), pair.u)))
-    promised.sort(key=lambda p: -p[0])
-    return [start for _, start in promised[:_STARTS]]
+        promised.append((value, pair))
+    best: dict[_Kind, Optimum] = {}
+    for _, pair in sorted(promised, key=lambda p: -p[0]):
+        best.setdefault(_kind(pair), pair)
+    return [(library.places(pair.members), pair.u) for pair in list(best.values())[:_STARTS]]
 
 
 def _unlike(pairs: Sequence[Optimum]) -> list[Optimum]:
     """Without those that differ by their disc alone and fit the same."""
-    seen: dict[tuple[tuple[str, bool], ...], list[float]] = {}
+    seen: dict[_Kind, list[float]] = {}
     kept = []
     for pair in pairs:
-        known = seen.setdefault(_kind(pair.members), [])
+        known = seen.setdefault(_kind(pair), [])
         if all(abs(pair.misfit - other) > _SAME for other in known):
             known.append(pair.misfit)
             kept.append(pair)
     return kept
 
 
-def _kind(members: Sequence[Candidate]) -> tuple[tuple[str, bool], ...]:
-    return tuple(sorted((member.name, member.on_all_discs) for member in members))
+def _kind(pair: Optimum) -> _Kind:
+    return tuple(sorted((member.name, member.on_all_discs) for member in pair.members))

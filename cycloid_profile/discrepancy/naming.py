@@ -21,7 +21,7 @@ from cycloid_profile.discrepancy.exact import ExactModel
 from cycloid_profile.discrepancy.exchange import exchanged
 from cycloid_profile.discrepancy.few_rows import named_on_few_rows
 from cycloid_profile.discrepancy.library import Library
-from cycloid_profile.discrepancy.missed_pairs import missed_pairs, strikes
+from cycloid_profile.discrepancy.missed_pairs import missed_pairs, stands_out
 from cycloid_profile.discrepancy.normal import Normal
 from cycloid_profile.discrepancy.optimum import Optimum
 from cycloid_profile.discrepancy.recounting import counted_anew
@@ -94,7 +94,7 @@ def _has_turns(model: ExactModel) -> bool:
 
 
 def _may_hide_a_pair(model: ExactModel, best: Optimum) -> bool:
-    return _has_turns(model) and 0 < len(best.members) <= _FEW_MEMBERS and strikes(model, best)
+    return _has_turns(model) and 0 < len(best.members) <= _FEW_MEMBERS and stands_out(model, best)
 
 
 _More = Callable[[ExactModel, Library, Optimum], tuple[Library, list[Start]]]

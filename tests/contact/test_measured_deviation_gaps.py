@@ -180,6 +180,7 @@ def test_waves_do_give_several_feet():
     assert several >= 5
 
 
+@pytest.mark.slow
 @given(st.integers(0, Z_C - 1), st.floats(0.3, 5.9), st.floats(-300.0, 300.0), st.integers(0, 1))
 def test_a_bump_is_felt_by_the_pin_that_works_there(lobe, at, crank, disc):
     # 2 µm on one radian of one lobe. Where each pin's foot lies on the disc follows from the geometry alone.

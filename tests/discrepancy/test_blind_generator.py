@@ -192,6 +192,7 @@ def test_two_effects_of_several_tolerances(seed, reducer):
     assert np.std(mine - rig["error_arcsec"]) < 0.05
 
 
+@pytest.mark.slow
 def test_another_generator_had_the_same_reducer():
     """Samples with white noise of 0.15″ and 0.004′: nothing but that noise is left."""
     for file, noise, text in (

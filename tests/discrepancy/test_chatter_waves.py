@@ -49,6 +49,7 @@ def test_a_wave_stands_out_of_the_spectrum(block):
     assert chatter_peaks(block)[0] == pytest.approx(493.3, abs=0.1)
 
 
+@pytest.mark.slow
 def test_waves_are_counted_anew_beside_a_larger_effect():
     """An eccentricity that fills the spectrum moves the peak by a tenth of a wave, of which a seventh is left over."""
     wave = Hidden("grinding_chatter", {"amplitude_um": 0.58, "waves_per_turn": 242.44, "phase_deg": 75.5})

@@ -46,7 +46,8 @@ def from_chords(chords: np.ndarray, z: np.ndarray) -> np.ndarray:
     return off
 
 
-@pytest.mark.parametrize("number", [pytest.param(7, marks=pytest.mark.slow), 9])
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [7, 9])
 def test_files_of_differing_lobes_keep_their_promise(number: int, tmp_path: Path) -> None:
     program = correction(found(drawn(), [named(of_table(HIDDEN[number]))])).program
     assert not program.lobes_alike

@@ -29,6 +29,7 @@ def told(amplitude_um: float, **parts: int):
     return diagnose(built_reducer(parse_spec(spec_text(Reducer()))), [parse_measurement(text, "te.csv")])
 
 
+@pytest.mark.slow
 def test_half_an_oval_on_both_discs_turns_the_output_like_a_whole_one_on_one():
     found = told(0.3)
     (oval,) = found.effects
