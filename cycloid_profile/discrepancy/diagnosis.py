@@ -10,7 +10,7 @@ import numpy as np
 
 from cycloid_profile.discrepancy.candidates import Candidate, candidates
 from cycloid_profile.discrepancy.detectable import smallest_detectable
-from cycloid_profile.discrepancy.detection import Detection, Finding, detect
+from cycloid_profile.discrepancy.detection import Detection, Finding, detect, detect_beside
 from cycloid_profile.discrepancy.exact import ExactModel, State
 from cycloid_profile.discrepancy.laid import Laid, settled
 from cycloid_profile.discrepancy.lobes import counted_alike
@@ -141,7 +141,7 @@ def _account(found: Named, looked: _Looked, library: Sequence[Candidate], tell: 
     tell("checking what is left")
     everything, best = looked.everything, found.best
     final = everything.optimum(Attempt(best.members, best.u, steps=3), found.library.prior(best.members)) or best
-    left = _left(everything.at(final), final.members)
+    left = detect_beside(everything.at(final).blocks, final.members)
     return _Account(found, looked, final, left, _worst_left(left, everything.nothing))
 
 
@@ -219,11 +219,6 @@ def _spoils(everything: ExactModel, final: Optimum) -> bool:
     """Whether some file fits worse with the effects than without: what explains one must not contradict another."""
     blocks = zip(everything.nothing.blocks, everything.at(final).blocks, strict=True)
     return any(after.chi2 > before.chi2 + _SPOILT for before, after in blocks)
-
-
-def _left(state: State, members: Sequence[Candidate]) -> Detection:
-    """Detection on what the best set leaves, its own columns free."""
-    return detect(state.blocks, None, [block.columns(members) for block in state.blocks] if members else None)
 
 
 def _worst_left(left: Detection, before: State) -> Finding | None:

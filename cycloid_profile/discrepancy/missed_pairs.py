@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from cycloid_profile.discrepancy.climbing import Start
-from cycloid_profile.discrepancy.detection import detect
+from cycloid_profile.discrepancy.detection import detect_beside
 from cycloid_profile.discrepancy.evidence import log_evidence_at
 from cycloid_profile.discrepancy.exact import ExactModel
 from cycloid_profile.discrepancy.library import Library
@@ -28,9 +28,7 @@ _Kind = tuple[tuple[str, bool], ...]
 
 def stands_out(model: ExactModel, best: Optimum) -> bool:
     """Whether what the best set leaves stands out somewhere, however little of chi² it is."""
-    blocks = model.at(best).blocks
-    fitted = [block.columns(best.members) for block in blocks] if best.members else None
-    return detect(blocks, None, fitted).p_value < _CHANCE
+    return detect_beside(model.at(best).blocks, best.members).p_value < _CHANCE
 
 
 def missed_pairs(
