@@ -20,15 +20,14 @@ from cycloid_profile.discrepancy.optimum import Optimum
 from cycloid_profile.discrepancy.starting_pairs import leading_pairs
 
 _ASKED, _STARTS = 40, 4  # pairs that all rows are asked about, and unlike ones that are fitted on them
-_CHANCE = 0.1  # asking for nothing costs a minute, not asking a wrong name
 _SAME = 0.01  # of chi²: of discs that show alike one is enough
 
 _Kind = tuple[tuple[str, bool], ...]
 
 
 def stands_out(model: ExactModel, best: Optimum) -> bool:
-    """Whether what the best set leaves stands out somewhere, however little of chi² it is."""
-    return detect_beside(model.at(best).blocks, best.members).p_value < _CHANCE
+    """Whether what the best set leaves is neither chance nor the error of the simulation, however little of chi²."""
+    return bool(detect_beside(model.at(best).blocks, best.members).striking)
 
 
 def missed_pairs(
