@@ -16,7 +16,7 @@ import numpy as np
 from scipy.special import chdtrc
 
 from cycloid_profile.arrays import FloatArray
-from cycloid_profile.discrepancy.candidates import Candidate, places
+from cycloid_profile.discrepancy.candidates import places
 from cycloid_profile.discrepancy.chance import several, tail
 from cycloid_profile.discrepancy.chatter_waves import chatter_spectrum
 from cycloid_profile.discrepancy.laid import settled
@@ -102,11 +102,6 @@ def detect(
     return Detection(
         float(-math.expm1(len(findings) * math.log1p(-min(least, 1.0 - 1e-16)))), len(findings), tuple(findings)
     )
-
-
-def detect_beside(blocks: Sequence[Whitened], members: Sequence[Candidate]) -> Detection:
-    """Look everywhere at what effects leave, their own columns fitted freely."""
-    return detect(blocks, None, [block.columns(members) for block in blocks] if members else None)
 
 
 def _of_library(equations: Normal) -> list[Finding]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
@@ -10,9 +9,10 @@ import numpy as np
 
 from cycloid_profile.discrepancy.candidates import Candidate, candidates
 from cycloid_profile.discrepancy.detectable import smallest_detectable
-from cycloid_profile.discrepancy.detection import Detection, Finding, detect, detect_beside
-from cycloid_profile.discrepancy.exact import ExactModel, State
+from cycloid_profile.discrepancy.detection import Detection, Finding, detect
+from cycloid_profile.discrepancy.exact import ExactModel
 from cycloid_profile.discrepancy.laid import Laid, settled
+from cycloid_profile.discrepancy.left_over import detect_beside, most_striking, worst_left
 from cycloid_profile.discrepancy.lobes import counted_alike
 from cycloid_profile.discrepancy.naming import Named, named
 from cycloid_profile.discrepancy.nearest import nearest
@@ -29,7 +29,6 @@ from cycloid_profile.measurement.files import Measurement, scanned_disc
 
 _LEAST_EVIDENCE = 5.0
 _EXPLAINED = 0.9  # of the gap, for a name beside a remainder
-_REMAINDER = 0.02  # of the first gap
 _SPOILT = 25.0  # of chi²
 
 NotSeen = dict[str, tuple[float, str]]
@@ -142,7 +141,7 @@ def _account(found: Named, looked: _Looked, library: Sequence[Candidate], tell: 
     everything, best = looked.everything, found.best
     final = everything.optimum(Attempt(best.members, best.u, steps=3), found.library.prior(best.members)) or best
     left = detect_beside(everything.at(final).blocks, final.members)
-    return _Account(found, looked, final, left, _worst_left(left, everything.nothing))
+    return _Account(found, looked, final, left, worst_left(left, everything.nothing.blocks))
 
 
 def _looked_at(model: ExactModel, library: Sequence[Candidate]) -> _Looked:
@@ -183,7 +182,7 @@ def _answer(account: _Account, files: _Files, not_seen: NotSeen, tell: Callable[
         looked.detection,
         account.left,
         where,
-        account.worst if effects else _most_striking(looked.detection),
+        account.worst if effects else most_striking(looked.detection),
         near,
         not_seen,
         _gaps(account, files, corrected, bool(effects)),
@@ -219,22 +218,6 @@ def _spoils(everything: ExactModel, final: Optimum) -> bool:
     """Whether some file fits worse with the effects than without: what explains one must not contradict another."""
     blocks = zip(everything.nothing.blocks, everything.at(final).blocks, strict=True)
     return any(after.chi2 > before.chi2 + _SPOILT for before, after in blocks)
-
-
-def _worst_left(left: Detection, before: State) -> Finding | None:
-    """The most striking thing left over that is neither noise nor the error of the simulation nor small for the gap."""
-    gap = {}
-    for block in before.blocks:
-        z = block.projected(block.z)
-        gap[block.laid.recording.name] = block.laid.recording.noise.sigma * float(np.sqrt(np.mean(z**2)))
-    large = [f for f in left.striking if abs(f.amplitude) > _REMAINDER * gap.get(f.file, math.inf)]
-    return _most_striking(replace(left, findings=tuple(large))) if large else None
-
-
-def _most_striking(detection: Detection) -> Finding:
-    """The largest of the places that chance does not make; a whole file only if there is none."""
-    places = [f for f in detection.striking if f.file and f.coordinate != "file"]
-    return max(places or detection.striking, key=lambda f: abs(f.amplitude))
 
 
 def _with(built: Built, effects: Sequence[NamedEffect]) -> Built:

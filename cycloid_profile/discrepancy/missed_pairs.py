@@ -11,9 +11,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from cycloid_profile.discrepancy.climbing import Start
-from cycloid_profile.discrepancy.detection import detect_beside
 from cycloid_profile.discrepancy.evidence import log_evidence_at
 from cycloid_profile.discrepancy.exact import ExactModel
+from cycloid_profile.discrepancy.left_over import detect_beside, worst_left
 from cycloid_profile.discrepancy.library import Library
 from cycloid_profile.discrepancy.normal import normal
 from cycloid_profile.discrepancy.optimum import Optimum
@@ -26,8 +26,9 @@ _Kind = tuple[tuple[str, bool], ...]
 
 
 def stands_out(model: ExactModel, best: Optimum) -> bool:
-    """Whether what the best set leaves is neither chance nor the error of the simulation, however little of chi²."""
-    return bool(detect_beside(model.at(best).blocks, best.members).striking)
+    """Whether what the best set leaves is more than chance and the error of the simulation, however little of chi²."""
+    left = detect_beside(model.at(best).blocks, best.members)
+    return worst_left(left, model.nothing.blocks) is not None
 
 
 def missed_pairs(
