@@ -88,7 +88,7 @@ def test_bad_input_is_told_in_one_sentence(
 @pytest.mark.slow
 def test_the_example_with_loads_and_the_published_claim(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     example = RV40E.with_name("rv40e_tolerances.toml")
-    options = ["--samples", "4096", "--loaded-samples", "128"]
+    options = ["--samples", "4096", "--loaded-samples", "256"]
     assert run(["tolerance", str(example), "--out", str(tmp_path), *options]) == 0
     told = capsys.readouterr().out
     assert "Published claim" in told

@@ -98,7 +98,7 @@ def test_a_drive_is_refused_or_rolls(drive: tuple[Trochoid, float, float]) -> No
 
 
 @pytest.mark.slow
-@settings(deadline=None, max_examples=25)
+@settings(deadline=None, max_examples=60)
 @given(drive=drives(300))
 def test_any_drive_is_refused_or_rolls(drive: tuple[Trochoid, float, float]) -> None:
     check(*drive)

@@ -103,9 +103,8 @@ def test_row_at_every_other_mesh(built_with, name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [name for name in TABLE if name not in QUICK])
+@pytest.mark.parametrize("name", TABLE)
 def test_row_of_the_table(built_with, name):
-    # Part of these is the mesh ripple itself.
     check(built_with(TABLE[name].effect), TABLE[name])
 
 
