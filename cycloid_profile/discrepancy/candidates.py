@@ -65,6 +65,11 @@ class Candidate:
         return self.kind.place is Place.RING or self.choice.get("disc", 0) is None
 
     @property
+    def name_and_extent(self) -> tuple[str, bool]:
+        """Name, and whether all discs have it: to first order half as much on both discs does the same as on one."""
+        return self.name, self.on_all_discs
+
+    @property
     def waves(self) -> int:
         """How many times the effect repeats while its angle turns once: an oval does so twice."""
         return repeats(self.kind)

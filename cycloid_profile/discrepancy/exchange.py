@@ -42,7 +42,7 @@ def exchanged(climb: Climb, few: ExactModel, best: Optimum) -> Optimum:
 
 def _swaps(climb: Climb, equations: Normal, places: list[int]) -> list[list[int]]:
     """Sets with a member exchanged for the nearest of each other name that linear equations leave open, of one disc
-    and of all: to first order half as much on both discs does the same.
+    and of all.
     """
     library, sets = climb.library, []
     whole = linear_evidence(equations, library.priors, places)
@@ -55,7 +55,6 @@ def _swaps(climb: Climb, equations: Normal, places: list[int]) -> list[list[int]
         for i, candidate in enumerate(library.candidates):
             score = (linear_evidence(equations, library.priors, [*others, i]), i)
             if candidate.name not in taken and score[0] > least:
-                kind = (candidate.name, candidate.on_all_discs)
-                nearest[kind] = max(score, nearest.get(kind, score))
+                nearest[candidate.name_and_extent] = max(score, nearest.get(candidate.name_and_extent, score))
         sets += [[*others, i] for _, i in sorted(nearest.values(), reverse=True)[:_RIVALS]]
     return sets

@@ -69,4 +69,4 @@ def _unlike(pairs: Sequence[Optimum]) -> list[Optimum]:
 
 
 def _kind(pair: Optimum) -> _Kind:
-    return tuple(sorted((member.name, member.on_all_discs) for member in pair.members))
+    return tuple(sorted(member.name_and_extent for member in pair.members))

@@ -133,16 +133,16 @@ def _group(found: Named, about: Normal, member: int, tell: Callable[[str], None]
     judged: list[tuple[int, float]] = []
     tried: Counter[tuple[str, bool]] = Counter()
     for i, less in swaps(found, member, reach):
-        name, kind = library.candidates[i].name, (library.candidates[i].name, library.candidates[i].on_all_discs)
-        if name in group or tried[kind] >= at_places:
+        rival = library.candidates[i]
+        if rival.name in group or tried[rival.name_and_extent] >= at_places:
             continue
         asked = {one for one, _ in tried}
-        if name in asked or len(asked) < names:
+        if rival.name in asked or len(asked) < names:
             # The nearest rivals are judged by the exact model, the others by the linear one.
-            tried[kind] += 1
+            tried[rival.name_and_extent] += 1
             judged.append((i, less))
         elif less < DISTINGUISHED:
-            group[name] = library.candidates[i]
+            group[rival.name] = rival
     if judged:
         tell(f"could it be {', '.join(dict.fromkeys(library.candidates[i].name for i, _ in judged))}?")
     for (i, less), optimum in zip(judged, _swapped(found, member, judged), strict=True):
