@@ -8,7 +8,7 @@ from copy import copy
 import numpy as np
 from scipy.sparse import csr_array
 
-from cycloid_profile.arrays import ComplexArray, FloatArray
+from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
 from cycloid_profile.discrepancy.candidates import Candidate
 from cycloid_profile.discrepancy.probes import Probes
 from cycloid_profile.discrepancy.recording import Recording
@@ -48,7 +48,7 @@ class Laid:
         self.recording, self.built = recording, built
         self.probes = Probes(built) if probes is None else probes
         self._columns: dict[int, tuple[Candidate, FloatArray]] = {}
-        self._weights: dict[int, csr_array] = {}
+        self._weights: dict[int, list[tuple[csr_array, slice | IntArray]]] = {}
         rows, measurement = recording.rows, recording.measurement
         if recording.kind == "profile_scan":
             keep = np.zeros(measurement["x_mm"].size, dtype=bool)
@@ -107,21 +107,27 @@ class Laid:
         found = {id(c): _NOTHING for c in candidates}
         for j in [self.recording.disc] if scan else range(self.built.discs):
             some = [c for c in candidates if self.probes.touches(c, j)]
-            shown = self._on_grid(j) @ self.probes.removals(some, j)
+            removals = self.probes.removals(some, j)
+            shown = sum((weights @ removals)[of] for weights, of in self._on_grid(j))
             for i, candidate in enumerate(some):
                 found[id(candidate)] = found[id(candidate)] + shown[:, 2 * i : 2 * i + 2]
         return [np.broadcast_to(found[id(c)], (self.residual.size, 2)) for c in candidates]
 
-    def _on_grid(self, disc: int) -> csr_array:
-        """Weights of removals on the grid of the probes, shape (rows, grid)."""
+    def _on_grid(self, disc: int) -> list[tuple[csr_array, slice | IntArray]]:
+        """Weights of removals on the grid of the probes, shape (poses, grid), and which pose each row is like; rows are
+        sums of these.
+        """
         if disc not in self._weights:
             if self.recording.kind == "profile_scan":
                 rows = self.residual.size
                 along = self.phase + 2.0 * np.pi * self.lobe
-                self._weights[disc] = self.probes.weights(np.arange(rows), along, np.full(rows, 1.0 / UM), rows)
+                weights = self.probes.weights(np.arange(rows), along, np.full(rows, 1.0 / UM), rows)
+                self._weights[disc] = [(weights, slice(None))]
             else:
-                pressed = self.first_order.flank_weights(disc)
-                self._weights[disc] = self.probes.weights(*pressed, self.residual.size)
+                self._weights[disc] = [
+                    (self.probes.weights(one.pose, one.along, one.weight, int(np.max(one.of)) + 1), one.of)
+                    for one in self.first_order.flank_weights(disc)
+                ]
         return self._weights[disc]
 
     def _of_change(self, candidate: Candidate) -> FloatArray:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import csr_array
+from scipy.sparse import csr_array, hstack
 
 from cycloid_profile.arrays import ComplexArray, FloatArray
 from cycloid_profile.discrepancy.candidates import Candidate
@@ -173,19 +173,17 @@ class WavesUnderPins:
             built = block.laid.built
             trochoid = built.case.drive.trochoid
             discs = range(built.discs) if self.disc is None else [self.disc - 1]
-            rows, angles, weights = [], [], []
+            angles, shown = [], []
             for j in discs:
-                row, along, weight = block.laid.first_order.flank_weights(j)
-                # From the tip before lobe 1 to the same: there a number that does not come out even jumps.
-                t = (np.mod(along + math.pi, trochoid.phase_period) - math.pi) / trochoid.lobes
                 # Disc j is mounted turned by so much against the first.
                 mounted = 0.0 if self.disc is not None else 2.0 * math.pi * j / (built.discs * trochoid.lobes)
-                rows.append(row)
-                angles.append(t + mounted)
-                weights.append(weight)
-            t, row = np.concatenate(angles), np.concatenate(rows)
-            data = (np.concatenate(weights), (row, np.arange(t.size)))
-            found.append((csr_array(data, shape=(block.chosen.size, t.size)), t))
+                for pose, along, weight, of in block.laid.first_order.flank_weights(j):
+                    # From the tip before lobe 1 to the same: there a number that does not come out even jumps.
+                    t = (np.mod(along + math.pi, trochoid.phase_period) - math.pi) / trochoid.lobes
+                    angles.append(t + mounted)
+                    size = (int(np.max(of)) + 1, t.size)
+                    shown.append(csr_array((weight, (pose, np.arange(t.size))), shape=size)[of])
+            found.append((csr_array(hstack(shown)), np.concatenate(angles)))
         return found
 
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
+from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
 from cycloid_profile.contact.influence import Influence, influence
 from cycloid_profile.contact.support import support_misfit
 from cycloid_profile.effects.built import Built
@@ -23,13 +23,16 @@ from cycloid_profile.units import NEWTON_METRE
 
 
 class FlankWeights(NamedTuple):
-    """Loaded pins of one disc in all poses: ``row`` of the pose, phase ``along`` the disc where the pin presses [rad],
-    and ``weight``, what the row gains per removal there; all of one shape.
+    """Loaded pins of one disc in the poses of one term: number of the ``pose``, phase ``along`` the disc where the pin
+    presses [rad], and ``weight``, what a row of this pose gains per removal there; all of one shape.
+
+    ``of`` which pose each row is like, shape (rows,).
     """
 
-    row: IntArray
+    pose: IntArray
     along: FloatArray
     weight: FloatArray
+    of: IntArray
 
 
 class FirstOrder:
@@ -44,19 +47,18 @@ class FirstOrder:
         changed = sum(answer.term.weight * answer.rotation(after) for answer in self._terms)
         return np.asarray(changed) / self.prediction.unit
 
-    def flank_weights(self, disc: int) -> FlankWeights:
-        """What the column gains by a small removal at each place of a disc, counted from 0, that a pin presses on."""
-        terms = [answer.flank_weights(disc) for answer in self._terms]
-        scale = [answer.term.weight / self.prediction.unit for answer in self._terms]
-        return FlankWeights(
-            row=np.concatenate([one.row for one in terms]),
-            along=np.concatenate([one.along for one in terms]),
-            weight=np.concatenate([k * one.weight for k, one in zip(scale, terms, strict=True)]),
-        )
+    def flank_weights(self, disc: int) -> list[FlankWeights]:
+        """What the column gains by a small removal at each place of a disc, counted from 0, that a pin presses on: the
+        sum over the terms.
+        """
+        return [answer.flank_weights(disc, answer.term.weight / self.prediction.unit) for answer in self._terms]
 
 
 class _TermAnswer:
-    """Answer of one term; loaded pins only, because the others do not matter."""
+    """Answer of one term; loaded pins only, because the others do not matter.
+
+    What does not tell one pin from another is worked out at the poses that are alike no other.
+    """
 
     def __init__(self, prediction: CurvePrediction, term: Term) -> None:
         self.built, self.term = prediction.built, term
@@ -67,8 +69,8 @@ class _TermAnswer:
         return influence(self.term.sharing, self.built.parts)
 
     @cached_property
-    def loaded(self) -> list[tuple[BoolArray, FloatArray, FloatArray, FloatArray]]:
-        """For each disc which pins are loaded, their influence, phase of the foot and lobe."""
+    def loaded(self) -> list[tuple[IntArray, FloatArray, FloatArray, FloatArray]]:
+        """For each disc the pose of each loaded pin, its influence, phase of the foot and lobe."""
         stage = self.term.sharing.stage
         assert stage is not None
         found = []
@@ -78,8 +80,21 @@ class _TermAnswer:
             some = weight != 0.0
             # The phase of the pin is that of its foot within the approach: micrometres along the flank.
             psi = (sense * self.term.sharing.phase[:, j])[some]
-            found.append((some, weight[some], psi, stage.meshing.lobe[:, j][some]))
+            found.append((np.nonzero(some)[0], weight[some], psi, stage.meshing.lobe[:, j][some]))
         return found
+
+    @cached_property
+    def of_pins(self) -> tuple[ComplexArray, FloatArray]:
+        """Angle read per shift of each pin, of which the real part counts, and per its oversize, shape (rows, pins)
+        [rad/mm].
+        """
+        stage = self.term.sharing.stage
+        assert stage is not None
+        shift = np.sum(self.influence.pins * np.conj(stage.normal), axis=1)
+        oversize: FloatArray = -np.sum(self.influence.pins, axis=1)
+        alike = self.term.alike
+        turned = np.conj(alike.turn(shift.shape[-1]))[:, np.newaxis]
+        return alike.over_pins(shift) * turned, alike.over_pins(oversize)
 
     @cached_property
     def misfit(self) -> FloatArray:
@@ -88,37 +103,36 @@ class _TermAnswer:
     def rotation(self, after: Built) -> FloatArray:
         """Angle read gains [rad]."""
         before, sharing = self.built, self.term.sharing
-        turned = np.zeros(sharing.torque.size)
+        at_poses = np.zeros(sharing.torque.size)
         for j, (old, new) in enumerate(zip(before.teeth, after.teeth, strict=True)):
             if new is not old:
-                turned += self._of_tooth(j, old, new)
-        if after.pin_shift is not before.pin_shift or after.pin_oversize is not before.pin_oversize:
-            stage = sharing.stage
-            assert stage is not None
-            opened = (np.conj(stage.normal) * (after.pin_shift - before.pin_shift)).real
-            opened = opened - (after.pin_oversize - before.pin_oversize)
-            turned += np.sum(self.influence.pins * opened, axis=(1, 2))
+                at_poses += self._of_tooth(j, old, new)
         if after.case is not before.case:
-            turned += self._of_stiffness(after)
+            at_poses += self._of_stiffness(after)
         if any(
             getattr(after, name) is not getattr(before, name)
             for name in ("eccentric_shift", "bore_shift", "crank_lead")
         ):
-            turned += np.sum(self.influence.bearings * (self._misfit(after) - self.misfit), axis=(1, 2))
+            at_poses += np.sum(self.influence.bearings * (self._misfit(after) - self.misfit), axis=(1, 2))
+        turned = at_poses[self.term.alike.of]
+        if after.pin_shift is not before.pin_shift or after.pin_oversize is not before.pin_oversize:
+            by_shift, by_oversize = self.of_pins
+            turned += (by_shift @ (after.pin_shift - before.pin_shift)).real
+            turned += by_oversize @ (after.pin_oversize - before.pin_oversize)
         turned += (after.series_compliance - before.series_compliance) * self.term.through
         if after.encoder != before.encoder:
             turned += ((after.encoder - before.encoder) * np.exp(-1j * self.term.output_angle)).real
         return turned + self._of_friction(after)
 
-    def flank_weights(self, disc: int) -> FlankWeights:
-        """Angle read gains per removal at each loaded pin [rad/mm]."""
-        some, weight, psi, lobe = self.loaded[disc]
-        return FlankWeights(np.nonzero(some)[0], psi + 2.0 * np.pi * lobe, weight)
+    def flank_weights(self, disc: int, scale: float) -> FlankWeights:
+        """``scale`` times the angle read per removal at each loaded pin [rad/mm]."""
+        pose, weight, psi, lobe = self.loaded[disc]
+        return FlankWeights(pose, psi + 2.0 * np.pi * lobe, scale * weight, self.term.alike.of)
 
     def _of_tooth(self, j: int, old: ToothProfile, new: ToothProfile) -> FloatArray:
-        some, weight, psi, lobe = self.loaded[j]
+        pose, weight, psi, lobe = self.loaded[j]
         opened = weight * removal_between(old, new, psi, lobe)
-        return np.asarray(np.bincount(np.nonzero(some)[0], opened, some.shape[0]), dtype=np.float64)
+        return np.asarray(np.bincount(pose, opened, self.term.sharing.torque.size), dtype=np.float64)
 
     def _misfit(self, built: Built) -> FloatArray:
         stage = self.term.sharing.stage
@@ -156,6 +170,7 @@ class _TermAnswer:
         torque = self.measurement["torque_nm"] * NEWTON_METRE
         pushed = torque_before(self.measurement)
         left = stage_torque(torque, after.coulomb_torque, after.proportional_friction, pushed)[self.rows]
-        compliance = 1.0 / self.term.sharing.torsional_stiffness + before.series_compliance
+        stiffness = self.term.sharing.torsional_stiffness[self.term.alike.of]
+        compliance = 1.0 / stiffness + before.series_compliance
         wound: FloatArray = np.nan_to_num(compliance) * (left - self.term.through)
         return wound

@@ -14,6 +14,7 @@ from cycloid_profile.contact.stage import StageEquilibrium
 from cycloid_profile.effects.built import Built
 from cycloid_profile.errors import MeasurementError
 from cycloid_profile.measurement.files import Measurement
+from cycloid_profile.rig.alike_poses import AlikePoses, alike_poses
 from cycloid_profile.rig.hysteresis import stage_torque
 from cycloid_profile.units import ARCMIN, ARCSEC, DEGREE, NEWTON_METRE
 
@@ -28,29 +29,37 @@ CURVE_UNITS = {"hysteresis": ARCMIN, "transmission_error": ARCSEC, "lost_motion_
 class Term:
     """One angle of which a row is made: ``weight`` times the angle read at ``output_angle`` [rad].
 
-    ``sharing`` is the equilibrium there, a pose each row; ``through`` the torque that winds up what stands in series
-    [N·mm]; ``settled`` where there is an equilibrium to compare with.
+    ``sharing`` is the equilibrium of the poses that are ``alike`` no other, a row being one pose; ``through`` the
+    torque that winds up what stands in series [N·mm]; ``settled`` where there is an equilibrium to compare with.
     """
 
     weight: float
     sharing: LoadSharing
+    alike: AlikePoses
     output_angle: FloatArray
     through: FloatArray
     settled: BoolArray
 
     def angle(self, built: Built) -> FloatArray:
         """Angle the encoder reads, NaN where not settled, shape (rows,) [rad]."""
-        turned = np.where(self.settled, self.sharing.rotation, np.nan)
+        turned = np.where(self.settled, self.sharing.rotation[self.alike.of], np.nan)
         read: FloatArray = (
             turned + built.series_compliance * self.through + (built.encoder * np.exp(-1j * self.output_angle)).real
         )
         return read
 
+    def place(self, rows: IntArray) -> StagePlace:
+        """Where the stage rests in some rows."""
+        alike, used = self.alike.at(rows)
+        return alike.place(self.sharing.place.poses(used), self.sharing.case.drive.trochoid.pins)
+
     def at(self, rows: IntArray) -> Term:
         """The same at some of its rows."""
+        alike, used = self.alike.at(rows)
         return replace(
             self,
-            sharing=_part(self.sharing, rows),
+            sharing=_part(self.sharing, used),
+            alike=alike,
             output_angle=self.output_angle[rows],
             through=self.through[rows],
             settled=self.settled[rows],
@@ -92,9 +101,9 @@ class _Leg:
     through: FloatArray
     afloat: BoolArray
 
-    def solved(self, sharing: LoadSharing) -> Term:
-        settled = sharing.settled & ~self.afloat
-        return Term(self.weight, sharing, self.output_angle, self.through, settled)
+    def solved(self, sharing: LoadSharing, alike: AlikePoses) -> Term:
+        settled = sharing.settled[alike.of] & ~self.afloat
+        return Term(self.weight, sharing, alike, self.output_angle, self.through, settled)
 
 
 def predict_curve(built: Built, measurement: Measurement, rows: IntArray | None = None) -> CurvePrediction:
@@ -124,28 +133,38 @@ def predict_curves(
     flat = [leg for own in legs for leg in own]
     if not flat:
         return []
-    angle = np.concatenate([leg.output_angle for leg in flat])
-    crank = -angle * built.case.drive.trochoid.lobes
-    pressed = np.concatenate([leg.pressed for leg in flat])
-    together = None
-    if near is not None:
-        quick = StageEquilibrium(tolerance=_QUICK_TOLERANCE, as_built=built.parts)
-        together = quick.at(built.case, crank, pressed, _place(near))
-    if together is None or not together.converged:
-        together = StageEquilibrium(as_built=built.parts).at(built.case, crank, pressed)
-    ends = np.cumsum([leg.pressed.size for leg in flat])
-    shares = iter(_part(together, slice(end - leg.pressed.size, end)) for leg, end in zip(flat, ends, strict=True))
+    # Of poses that are alike one is solved.
+    alike = [alike_poses(built, leg.output_angle, leg.pressed) for leg in flat]
+    solved = [some for some, _ in alike]
+    angle = np.concatenate([leg.output_angle[some] for leg, some in zip(flat, solved, strict=True)])
+    pressed = np.concatenate([leg.pressed[some] for leg, some in zip(flat, solved, strict=True)])
+    together = _solved(built, angle, pressed, None if near is None else _place(near, solved))
+    ends = np.cumsum([some.size for some in solved])
+    shares = (_part(together, slice(end - some.size, end)) for some, end in zip(solved, ends, strict=True))
+    settled = (leg.solved(share, own) for leg, share, (_, own) in zip(flat, shares, alike, strict=True))
     found = []
     for (measurement, rows), own in zip(asked, legs, strict=True):
-        terms = tuple(leg.solved(next(shares)) for leg in own)
+        terms = tuple(next(settled) for _ in own)
         value = sum(term.weight * term.angle(built) for term in terms) / CURVE_UNITS[measurement.kind]
         found.append(CurvePrediction(built, measurement, rows, np.asarray(value), terms))
     return found
 
 
-def _place(near: Sequence[CurvePrediction]) -> StagePlace:
-    """Where the stage rests in all rows of some predictions."""
-    places = [term.sharing.place for one in near for term in one.terms]
+def _solved(built: Built, angle: FloatArray, torque: FloatArray, near: StagePlace | None) -> LoadSharing:
+    """The stage at angles of the output [rad] under torques [N·mm]."""
+    crank = -angle * built.case.drive.trochoid.lobes
+    if near is not None:
+        quick = StageEquilibrium(tolerance=_QUICK_TOLERANCE, as_built=built.parts)
+        found = quick.at(built.case, crank, torque, near)
+        if found.converged:
+            return found
+    return StageEquilibrium(as_built=built.parts).at(built.case, crank, torque)
+
+
+def _place(near: Sequence[CurvePrediction], rows: Sequence[IntArray]) -> StagePlace:
+    """Where the stage rests in some ``rows`` of each term of some predictions."""
+    terms = [term for one in near for term in one.terms]
+    places = [term.place(some) for term, some in zip(terms, rows, strict=True)]
     feet = [place.foot for place in places if place.foot is not None]
     return StagePlace(
         np.concatenate([place.rotation for place in places]),

@@ -10,6 +10,7 @@ from cycloid_profile.arrays import FloatArray
 from cycloid_profile.contact.meshing import output_turn
 from cycloid_profile.contact.stage import StageEquilibrium
 from cycloid_profile.effects.built import Built
+from cycloid_profile.rig.alike_poses import alike_poses
 
 POSES = 3000
 
@@ -57,12 +58,13 @@ def transmission_error(built: Built, torque: float, poses: int = POSES) -> Trans
 
 def carrier_rotation(built: Built, torques: FloatArray, poses: int) -> FloatArray:
     """Angle the encoder reads beyond the ideal one over a turn, shape (torques, poses) [rad]; no friction."""
-    crank = output_turn(built.case.drive.trochoid, poses)
-    stage = StageEquilibrium(as_built=built.parts)
-    blocks = stage.blocks(built.case, np.tile(crank, torques.size), np.repeat(torques, poses))
-    turned = np.concatenate([np.where(block.settled, block.rotation, np.nan) for block in blocks])
     angle = 2.0 * np.pi * np.arange(poses) / poses
+    turns, through = np.tile(angle, torques.size), np.repeat(torques, poses)
+    solved, alike = alike_poses(built, turns, through)
+    crank = np.tile(output_turn(built.case.drive.trochoid, poses), torques.size)
+    stage = StageEquilibrium(as_built=built.parts)
+    blocks = stage.blocks(built.case, crank[solved], through[solved])
+    turned = np.concatenate([np.where(block.settled, block.rotation, np.nan) for block in blocks])[alike.of]
     read = (built.encoder * np.exp(-1j * angle)).real
-    through = turned.reshape(torques.size, poses) + built.series_compliance * torques[:, np.newaxis]
-    total: FloatArray = through + read
+    total: FloatArray = turned.reshape(torques.size, poses) + built.series_compliance * torques[:, np.newaxis] + read
     return total

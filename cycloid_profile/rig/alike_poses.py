@@ -1,0 +1,88 @@
+"""Poses that are one pose seen from pins further on: one of them is solved for all.
+
+Turn carrier, cranks and discs together by pin pitches, and they meet the same pins again, as long as all pins are
+alike; and that is where the input takes them, once the output has turned by as many pin pitches. Whatever lobes,
+cranks, bores and bearings differ by turns with them.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+
+from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
+from cycloid_profile.contact.sharing import StagePlace
+from cycloid_profile.effects.built import Built
+
+Values = TypeVar("Values", FloatArray, ComplexArray)
+
+# A difference of angle that turns the output by less than 0.0001″ at the steepest ripple.
+_SAME_ANGLE = 1e-8  # rad
+_SAME_PIN = 1e-12  # mm
+_WORTH_IT = 0.5  # of the poses
+
+
+@dataclass(frozen=True, eq=False)
+class AlikePoses:
+    """For every pose ``of``, which solved pose it is like, and ``pitches``, by how many pins it is ahead of that; both
+    of shape (poses,).
+    """
+
+    of: IntArray
+    pitches: IntArray
+
+    def at(self, rows: IntArray) -> tuple[AlikePoses, IntArray]:
+        """The same at some of the poses, and which of the solved ones these are like."""
+        used, of = np.unique(self.of[rows], return_inverse=True)
+        return AlikePoses(of.reshape(-1), self.pitches[rows]), used
+
+    def over_pins(self, values: Values) -> Values:
+        """What belongs to the pins at all poses, shape (poses, …, pins), from the same at the solved ones."""
+        pins = values.shape[-1]
+        found = values[self.of]
+        pin = np.mod(np.arange(pins) - self.pitches[:, np.newaxis], pins)
+        return np.take_along_axis(found, pin.reshape(len(pin), *(1,) * (values.ndim - 2), pins), axis=-1)
+
+    def turn(self, pins: int) -> ComplexArray:
+        """Unit complex numbers that turn what each pose is like into the pose, shape (poses,)."""
+        turn: ComplexArray = np.exp(2j * math.pi / pins * self.pitches)
+        return turn
+
+    def place(self, place: StagePlace, pins: int) -> StagePlace:
+        """Where the parts rest at all poses, from where they rest at the solved ones."""
+        motion = place.motion[self.of]
+        shift = (motion[..., 0] + 1j * motion[..., 1]) * self.turn(pins)[:, np.newaxis]
+        return StagePlace(
+            place.rotation[self.of],
+            np.stack([shift.real, shift.imag, motion[..., 2]], axis=-1),
+            None if place.foot is None else self.over_pins(place.foot),
+        )
+
+
+def alike_poses(built: Built, output_angle: FloatArray, torque: FloatArray) -> tuple[IntArray, AlikePoses]:
+    """Which poses of the output [rad] under ``torque`` are to be solved, and which of these the others are like; all
+    of them where the pins differ.
+    """
+    pitch = 2.0 * math.pi / built.case.drive.trochoid.pins
+    every = np.arange(output_angle.size)
+    alone = every, AlikePoses(every, np.zeros_like(every))
+    if not _pins_alike(built):
+        return alone
+    ahead = np.floor((output_angle + _SAME_ANGLE) / pitch)
+    within = np.round((output_angle - ahead * pitch) / _SAME_ANGLE)
+    _, solved, of = np.unique(np.stack([torque, within], axis=1), axis=0, return_index=True, return_inverse=True)
+    if solved.size > _WORTH_IT * output_angle.size:
+        return alone
+    of = of.reshape(-1)
+    return solved, AlikePoses(of, (ahead - ahead[solved][of]).astype(np.intp))
+
+
+def _pins_alike(built: Built) -> bool:
+    """Whether a turn of the ring by a pin changes nothing."""
+    pins = built.case.drive.trochoid.pins
+    outwards: ComplexArray = built.pin_shift * np.exp(-2j * math.pi / pins * np.arange(pins))
+    differ = max(float(np.max(np.abs(a - a[0]))) for a in (outwards, built.pin_oversize))
+    return differ < _SAME_PIN
