@@ -31,6 +31,8 @@ IMPLAUSIBLE = 3.5
 ONLY_TOLERANCES = frozenset({"pin_position_error"})
 _NOT_LISTED = ONLY_TOLERANCES | {"grinding_chatter"}
 
+Variety = tuple[str, bool, int | None, int | None]
+
 
 @dataclass(frozen=True)
 class Candidate:
@@ -65,9 +67,16 @@ class Candidate:
         return self.kind.place is Place.RING or self.choice.get("disc", 0) is None
 
     @property
-    def name_and_extent(self) -> tuple[str, bool]:
-        """Name, and whether all discs have it: to first order half as much on both discs does the same as on one."""
-        return self.name, self.on_all_discs
+    def variety(self) -> Variety:
+        """Name, whether all discs have it, flank and form: to first order half as much on both discs does the same as
+        on one, and what one flank wears does not do what the other does.
+        """
+        return self.name, self.on_all_discs, self.choice.get("flank"), self.choice.get("form")
+
+    @property
+    def tells_pins_apart(self) -> bool:
+        """Whether one pin differs from another with it."""
+        return self.kind.place is Place.RING and (self.angle is not None or "pin" in self.choice)
 
     @property
     def waves(self) -> int:

@@ -32,7 +32,7 @@ _SIEVE_STEPS = 3
 _STEPS, _STEPS_AFTER_SIEVE = 8, 4
 _CLOSE = 8.0
 _BETTER = 0.05
-LEAST_CONTRIBUTION = 1.0  # times the accuracy of the simulation
+LEAST_CONTRIBUTION = 0.5  # times the accuracy of the simulation
 
 Start = tuple[list[int], FloatArray]
 Found = dict[tuple[int, ...], Optimum]
@@ -112,14 +112,17 @@ class Climb:
         fresh = fresh[: self._rescorings_left]
         self._rescorings_left -= len(fresh)
         beat = best.misfit if best.members else np.inf
-        # What comes through the sieve begins near its end.
-        steps = _STEPS if self._sieve is None else _STEPS_AFTER_SIEVE
-        attempts = [Attempt(self.library.members(members), u, steps, beat) for members, u in fresh]
+        attempts = [Attempt(self.library.members(members), u, self._steps(members), beat) for members, u in fresh]
         for (members, _), optimum in zip(fresh, self.model.optima(attempts, self.library.prior), strict=True):
             if optimum is not None and not optimum.implausible:
                 self.found[tuple(sorted(members))] = optimum
         rescored = (self.found[key] for key in asked if key in self.found)
         return max([best, *rescored], key=lambda o: o.log_evidence)
+
+    def _steps(self, members: Sequence[int]) -> int:
+        """What comes through the sieve begins near its end."""
+        few = self._sieve is not None and not self.model.solves_few_poses(self.library.members(members))
+        return _STEPS_AFTER_SIEVE if few else _STEPS
 
     def _sieved(self, few: ExactModel, starts: Sequence[Start], best: Optimum) -> list[Start]:
         """Those that do best on few rows beside the best set, and where they do."""

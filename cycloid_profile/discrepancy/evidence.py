@@ -51,18 +51,18 @@ def search(equations: Normal, priors: FloatArray, deepest: int = 3, keep: Sequen
     if not visible.size:
         return []
     singles = visible[:, np.newaxis]
-    scored = _scores(equations, priors, singles)
+    scored = scores(equations, priors, singles)
     if visible.size > 1 and deepest > 1:
         pairs = np.array(list(combinations(visible.tolist(), 2)), dtype=np.intp)
         pairs = _of_different_names(equations, pairs)
-        scored += _scores(equations, priors, pairs)
+        scored += scores(equations, priors, pairs)
     best = sorted(scored, key=lambda s: -s.log_evidence)
     if deepest > 2 and visible.size > 2:
         leading = [s.members for s in best if len(s.members) == 2][:_LEADERS]
         triples = {tuple(sorted((*pair, int(i)))) for pair in leading for i in visible if i not in pair}
         if triples:
             chosen = _of_different_names(equations, np.array(sorted(triples), dtype=np.intp))
-            best = sorted(best + _scores(equations, priors, chosen), key=lambda s: -s.log_evidence)
+            best = sorted(best + scores(equations, priors, chosen), key=lambda s: -s.log_evidence)
     return best
 
 
@@ -96,7 +96,7 @@ def with_one_more(equations: Normal, priors: FloatArray, members: Sequence[int])
     """The likelier of a set and of that set with the one candidate more that helps it most."""
     others = [i for i in range(len(equations.candidates)) if i not in members]
     sets = np.array([[*members, i] for i in others], dtype=np.intp)
-    scored = _scores(equations, priors, _of_different_names(equations, sets)) if others else []
+    scored = scores(equations, priors, _of_different_names(equations, sets)) if others else []
     alone = Scored(tuple(members), linear_evidence(equations, priors, members))
     return max([alone, *scored], key=lambda s: s.log_evidence)
 
@@ -108,6 +108,27 @@ def log_evidence_at(
     _, log_det = np.linalg.slogdet(covariance)
     half = _of_half_priors(u, covariance, np.array([c.one_sided for c in members], dtype=bool))
     return 0.5 * (fall - float(u @ u)) + 0.5 * float(log_det) + prior + float(half)
+
+
+def scores(equations: Normal, priors: FloatArray, sets: IntArray) -> list[Scored]:
+    """Evidence of sets of one size, shape (sets, size), those left out that no workshop makes."""
+    if not len(sets):
+        return []
+    count, size = sets.shape
+    where = (2 * sets[:, :, np.newaxis] + np.arange(2)).reshape(count, 2 * size)
+    b = equations.b[where]
+    B = np.eye(2 * size) + equations.R[where[:, :, np.newaxis], where[:, np.newaxis, :]]
+    u = np.linalg.solve(B, b[..., np.newaxis])[..., 0]
+    _, log_det = np.linalg.slogdet(B)
+    value = 0.5 * np.sum(b * u, axis=1) - 0.5 * log_det + priors[sets].sum(axis=1)
+    parts = u.reshape(count, size, 2)
+    one_sided = np.array([c.one_sided for c in equations.candidates])
+    half = np.any(one_sided[sets], axis=1)
+    if np.any(half):
+        value[half] += _of_half_priors(u[half], np.linalg.inv(B[half]), one_sided[sets[half]])
+    allowed = np.all(np.hypot(parts[..., 0], parts[..., 1]) <= IMPLAUSIBLE, axis=1)
+    allowed &= ~np.any(one_sided[sets] & (parts[..., 0] <= 0.0), axis=1)
+    return [Scored(tuple(int(i) for i in row), float(v)) for row, v, ok in zip(sets, value, allowed, strict=True) if ok]
 
 
 def _of_half_priors(u: FloatArray, covariance: FloatArray, one_sided: BoolArray) -> FloatArray:
@@ -161,24 +182,3 @@ def _of_different_names(equations: Normal, sets: IntArray) -> IntArray:
         twice |= of[sets[:, i]] == of[sets[:, j]]
     kept: IntArray = sets[~twice]
     return kept
-
-
-def _scores(equations: Normal, priors: FloatArray, sets: IntArray) -> list[Scored]:
-    """Evidence of sets of one size, shape (sets, size), those left out that no workshop makes."""
-    if not len(sets):
-        return []
-    count, size = sets.shape
-    where = (2 * sets[:, :, np.newaxis] + np.arange(2)).reshape(count, 2 * size)
-    b = equations.b[where]
-    B = np.eye(2 * size) + equations.R[where[:, :, np.newaxis], where[:, np.newaxis, :]]
-    u = np.linalg.solve(B, b[..., np.newaxis])[..., 0]
-    _, log_det = np.linalg.slogdet(B)
-    value = 0.5 * np.sum(b * u, axis=1) - 0.5 * log_det + priors[sets].sum(axis=1)
-    parts = u.reshape(count, size, 2)
-    one_sided = np.array([c.one_sided for c in equations.candidates])
-    half = np.any(one_sided[sets], axis=1)
-    if np.any(half):
-        value[half] += _of_half_priors(u[half], np.linalg.inv(B[half]), one_sided[sets[half]])
-    allowed = np.all(np.hypot(parts[..., 0], parts[..., 1]) <= IMPLAUSIBLE, axis=1)
-    allowed &= ~np.any(one_sided[sets] & (parts[..., 0] <= 0.0), axis=1)
-    return [Scored(tuple(int(i) for i in row), float(v)) for row, v, ok in zip(sets, value, allowed, strict=True) if ok]

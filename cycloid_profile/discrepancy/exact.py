@@ -22,6 +22,7 @@ from cycloid_profile.errors import CycloidError
 from cycloid_profile.rig.prediction import CurvePrediction
 
 _HALVINGS = 3
+_FEW_OF_POSES = 0.25
 _LONGEST = 1.0
 _HOPELESS = 50.0  # of chi²
 _RECENT = 6  # states kept: each holds the load on every pin at every row
@@ -107,6 +108,16 @@ class ExactModel:
     def only_scans(self) -> bool:
         """Whether all there is are scans, which show each place of an effect as it is."""
         return all(r.kind == "profile_scan" for r in self.recordings)
+
+    def solves_few_poses(self, members: Sequence[Candidate]) -> bool:
+        """Whether most poses are alike others with these members: a state then costs next to nothing."""
+        return self._most_alike and not any(member.tells_pins_apart for member in members)
+
+    @cached_property
+    def _most_alike(self) -> bool:
+        terms = [term for one in self._predicted(self.nothing.laid) for term in one.terms]
+        solved = sum(term.sharing.torque.size for term in terms)
+        return bool(terms) and solved <= _FEW_OF_POSES * sum(term.output_angle.size for term in terms)
 
     @property
     def nothing(self) -> State:

@@ -10,19 +10,34 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from cycloid_profile.discrepancy.candidates import Candidate, Variety
 from cycloid_profile.discrepancy.climbing import Start
-from cycloid_profile.discrepancy.evidence import log_evidence_at
+from cycloid_profile.discrepancy.climbing import about as linear
+from cycloid_profile.discrepancy.evidence import estimate, log_evidence_at
 from cycloid_profile.discrepancy.exact import ExactModel
 from cycloid_profile.discrepancy.left_over import detect_beside, worst_left
 from cycloid_profile.discrepancy.library import Library
 from cycloid_profile.discrepancy.normal import normal
 from cycloid_profile.discrepancy.optimum import Optimum
-from cycloid_profile.discrepancy.starting_pairs import leading_pairs
+from cycloid_profile.discrepancy.starting_pairs import fitted_pairs, likely_pairs
 
 _ASKED, _STARTS = 40, 4  # pairs that all rows are asked about, and unlike ones that are fitted on them
+_LEADS = 5  # single effects of unlike names, beside which others are tried
+_LEAST, _MOST = 0.3, 2.0  # widths that they are tried at
 _SAME = 0.01  # of chi²: of discs that show alike one is enough
 
-_Kind = tuple[tuple[str, bool], ...]
+_Kind = tuple[Variety, ...]
+
+
+def may_hide_a_pair(model: ExactModel, best: Optimum) -> bool:
+    """Whether two other effects could be behind the best set.
+
+    Where something stands out of what it leaves. Amounts bend the curves so much alike that nothing need be left: of
+    these always where few poses stand for all rows, and no scan tells more.
+    """
+    amounts = any(member.angle is None for member in best.members)
+    scans = any(recording.kind == "profile_scan" for recording in model.recordings)
+    return (amounts and not scans and model.solves_few_poses(best.members)) or stands_out(model, best)
 
 
 def stands_out(model: ExactModel, best: Optimum) -> bool:
@@ -32,14 +47,29 @@ def stands_out(model: ExactModel, best: Optimum) -> bool:
 
 
 def missed_pairs(
-    model: ExactModel, few: ExactModel, library: Library, lead: Sequence[Optimum], tell: Callable[[str], None]
+    model: ExactModel,
+    few: ExactModel,
+    library: Library,
+    lead: Sequence[Optimum],
+    tell: Callable[[str], None],
 ) -> list[Start]:
-    """Where to begin with the pairs that the equations of all rows promise most of, about where ``few`` rows put them.
+    """Where to begin on all rows with pairs that may do better than the best set.
 
-    ``lead``, the single effects that do best on the few rows.
+    Of those that few poses stand for every one that could; of the others, fitted on ``few`` rows, those that the
+    equations of all rows promise most of. ``lead``, the single effects that do best on the few rows.
     """
+    quick, slow = list[Start](), list[Start]()
+    for start in likely_pairs(few, library):
+        (quick if model.solves_few_poses(library.members(start[0])) else slow).append(start)
+    beat = lead[0].misfit if lead else few.nothing.chi2
+    promised = _promised(model, library, fitted_pairs(few, library, slow, beat, tell)) if slow else []
+    return [*quick, *_of_finite_size(model, library, lead), *promised]
+
+
+def _promised(model: ExactModel, library: Library, pairs: Sequence[Optimum]) -> list[Start]:
+    """Where to begin with the pairs that the equations of all rows promise most of, about where few rows put them."""
     promised = list[tuple[float, Optimum]]()
-    for pair in _unlike(leading_pairs(few, library, lead, tell, thorough=False))[:_ASKED]:
+    for pair in _unlike(pairs)[:_ASKED]:
         state = model.state(pair.members, pair.u)
         if state is None:
             continue
@@ -56,6 +86,40 @@ def missed_pairs(
     return [(library.places(pair.members), pair.u) for pair in list(best.values())[:_STARTS]]
 
 
+def _of_finite_size(model: ExactModel, library: Library, lead: Sequence[Optimum]) -> list[Start]:
+    """Where to begin with each single effect that leads beside each amount of another name, at a size that shows: what
+    a little of it does need not be what more of it does.
+    """
+    starts = list[Start]()
+    for one in _leading(model, lead):
+        equations = linear(model, library, one)
+        (first,) = library.places(one.members)
+        for i, partner in enumerate(library.candidates):
+            if not _is_amount(partner) or partner.name == one.members[0].name:
+                continue
+            if not model.solves_few_poses([partner]):
+                continue
+            u = float(estimate(equations, [first, i])[0][2])
+            sign = 1.0 if partner.one_sided or u > 0.0 else -1.0
+            starts.append(([first, i], np.array([*one.u, sign * float(np.clip(sign * u, _LEAST, _MOST)), 0.0])))
+    return starts
+
+
+def _leading(model: ExactModel, lead: Sequence[Optimum]) -> list[Optimum]:
+    """The first of each name, of one disc and of all, that few poses stand for."""
+    first: dict[Variety, Optimum] = {}
+    for one in lead:
+        if len(one.members) == 1 and model.solves_few_poses(one.members):
+            first.setdefault(one.members[0].variety, one)
+    return list(first.values())[:_LEADS]
+
+
+def _is_amount(candidate: Candidate) -> bool:
+    """Whether it has no direction, and few places; of single cranks, which turn alike, the first."""
+    apart = {"lobe", "first_lobe", "pin", "waves_per_turn"} & candidate.choice.keys()
+    return candidate.angle is None and not apart and candidate.choice.get("crank") in (None, 1)
+
+
 def _unlike(pairs: Sequence[Optimum]) -> list[Optimum]:
     """Without those that differ by their disc alone and fit the same."""
     seen: dict[_Kind, list[float]] = {}
@@ -69,4 +133,4 @@ def _unlike(pairs: Sequence[Optimum]) -> list[Optimum]:
 
 
 def _kind(pair: Optimum) -> _Kind:
-    return tuple(sorted(member.name_and_extent for member in pair.members))
+    return tuple(sorted((member.variety for member in pair.members), key=str))

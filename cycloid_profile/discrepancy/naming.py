@@ -21,7 +21,7 @@ from cycloid_profile.discrepancy.exact import ExactModel
 from cycloid_profile.discrepancy.exchange import exchanged
 from cycloid_profile.discrepancy.few_rows import named_on_few_rows
 from cycloid_profile.discrepancy.library import Library
-from cycloid_profile.discrepancy.missed_pairs import missed_pairs, stands_out
+from cycloid_profile.discrepancy.missed_pairs import may_hide_a_pair, missed_pairs
 from cycloid_profile.discrepancy.normal import Normal
 from cycloid_profile.discrepancy.optimum import Optimum
 from cycloid_profile.discrepancy.recounting import counted_anew
@@ -79,8 +79,13 @@ def named(
         few = fewest(model, begun.gain)
         climb = Climb(model, library, _RESCORINGS, tell, thorough=thorough, sieve=few)
     climb, waved = _tried(climb, with_waves_below, best)
-    if waved is best and _may_hide_a_pair(model, best):
-        exchanged(climb, few, climb.judge(missed_pairs(model, few, climb.library, begun.lead, tell), best))
+    if waved is best and _asked_for_pairs(model, best):
+        pairs = missed_pairs(model, few, climb.library, begun.lead, tell)
+        tell(f"pairs of effects on all rows, {len(pairs)}")
+        better = climb.judge(pairs, best)
+        if better is not best:
+            climb.up([(climb.library.places(better.members), better.u)], _FINAL_ROUNDS)
+        exchanged(climb, few, _first_that_contributes(climb))
         climb, waved = _tried(climb, with_waves_below, _first_that_contributes(climb))
     best = waved
     for other in (partial(with_waves_beside_others, lead=begun.lead), with_waves_anew):
@@ -93,8 +98,8 @@ def _has_turns(model: ExactModel) -> bool:
     return not (model.only_scans or model.only_loops)
 
 
-def _may_hide_a_pair(model: ExactModel, best: Optimum) -> bool:
-    return _has_turns(model) and 0 < len(best.members) <= _FEW_MEMBERS and stands_out(model, best)
+def _asked_for_pairs(model: ExactModel, best: Optimum) -> bool:
+    return _has_turns(model) and 0 < len(best.members) <= _FEW_MEMBERS and may_hide_a_pair(model, best)
 
 
 _More = Callable[[ExactModel, Library, Optimum], tuple[Library, list[Start]]]

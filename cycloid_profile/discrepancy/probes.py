@@ -26,6 +26,7 @@ _INTERVALS_PER_FLANK = 32
 _SAMPLES_PER_INTERVAL = 3
 # The error of a cubic is below 1 % of a wave with so many samples.
 _SAMPLES_PER_WAVE = 10.0
+_MANY = 20  # candidates: the whole library is asked for in state after state
 
 
 class Probes:
@@ -40,6 +41,7 @@ class Probes:
         self._made: dict[int, dict[int, FloatArray]] = {}
         self._of_first_lobe: dict[tuple[str, tuple[tuple[str, Any], ...]], dict[int, FloatArray]] = {}
         self._kept: list[Candidate] = []
+        self._of_many: dict[int, tuple[tuple[int, ...], FloatArray]] = {}
 
     def after(self, candidate: Candidate, coordinate: int, built: Built) -> tuple[Built, float]:
         """``built`` with a small amount of one coordinate, and the amount."""
@@ -69,12 +71,18 @@ class Probes:
 
     def removals(self, candidates: Sequence[Candidate], disc: int) -> FloatArray:
         """What the candidates remove of a disc on the grid, per width of each coordinate, shape (grid, 2n) [mm]."""
-        found = np.zeros((2 * len(candidates), self._along.size))
+        key = tuple(map(id, candidates))
+        if disc in self._of_many and self._of_many[disc][0] == key:
+            return self._of_many[disc][1]
+        rows = np.zeros((2 * len(candidates), self._along.size))
         for i, candidate in enumerate(candidates):
             own = self._removal(candidate).get(disc)
             if own is not None:
-                found[2 * i : 2 * i + own.shape[0]] = own
-        return np.ascontiguousarray(found.T)
+                rows[2 * i : 2 * i + own.shape[0]] = own
+        found = np.ascontiguousarray(rows.T)
+        if len(candidates) >= _MANY:
+            self._of_many[disc] = (key, found)
+        return found
 
     def touches(self, candidate: Candidate, disc: int) -> bool:
         """Whether it removes anything of a disc, counted from 0."""

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from cycloid_profile.discrepancy.alias import always_alike, cosine
-from cycloid_profile.discrepancy.candidates import Candidate
+from cycloid_profile.discrepancy.candidates import Candidate, Variety
 from cycloid_profile.discrepancy.evidence import ALIAS, estimate, linear_evidence
 from cycloid_profile.discrepancy.exact import ExactModel
 from cycloid_profile.discrepancy.naming import Named
@@ -123,23 +123,24 @@ def _group(found: Named, about: Normal, member: int, tell: Callable[[str], None]
     others = [m for j, m in enumerate(best.members) if j != member]
     for rescored in found.rescored:
         # What was fitted on the way to the best, and fits as well.
-        rest = [m for m in rescored.members if m not in others]
-        alike = len(rescored.members) == len(best.members) and len(rest) == 1 and rest[0].name != mine.name
-        if alike and not rescored.implausible and _fit_of(rescored) >= _fit_of(best) - DISTINGUISHED:
-            group.setdefault(rest[0].name, rest[0])
+        rival = _instead(rescored, others)
+        if rival is None or rival.name == mine.name or rescored.implausible:
+            continue
+        if _fit_of(rescored) >= _fit_of(best) - DISTINGUISHED:
+            group.setdefault(rival.name, rival)
     names, at_places, reach = _RESCORED_SWAPS, 1, DISTINGUISHED
     if found.model.only_loops:
         names, at_places, reach = _RESCORED_OF_LOOPS, _PLACES_OF_LOOPS, _REACH_OF_CURVES
     judged: list[tuple[int, float]] = []
-    tried: Counter[tuple[str, bool]] = Counter()
+    tried: Counter[Variety] = Counter()
     for i, less in swaps(found, member, reach):
         rival = library.candidates[i]
-        if rival.name in group or tried[rival.name_and_extent] >= at_places:
+        if rival.name in group or tried[rival.variety] >= at_places:
             continue
-        asked = {one for one, _ in tried}
+        asked = {one for one, *_ in tried}
         if rival.name in asked or len(asked) < names:
             # The nearest rivals are judged by the exact model, the others by the linear one.
-            tried[rival.name_and_extent] += 1
+            tried[rival.variety] += 1
             judged.append((i, less))
         elif less < DISTINGUISHED:
             group[rival.name] = rival
@@ -149,6 +150,17 @@ def _group(found: Named, about: Normal, member: int, tell: Callable[[str], None]
         if _stands(best, optimum, less):
             group.setdefault(library.candidates[i].name, library.candidates[i])
     return list(group.values())
+
+
+def _instead(rescored: Optimum, others: Sequence[Candidate]) -> Candidate | None:
+    """The one member that a set has beside effects of the same names as the ``others``, wherever these are."""
+    rest = list(rescored.members)
+    for other in others:
+        same = [member for member in rest if member.name == other.name]
+        if not same:
+            return None
+        rest.remove(same[0])
+    return rest[0] if len(rest) == 1 else None
 
 
 def _elsewhere(found: Named, member: int, tell: Callable[[str], None]) -> tuple[Sized, ...]:

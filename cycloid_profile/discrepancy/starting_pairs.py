@@ -7,11 +7,13 @@ of them. About no effect at all they hardly err as long as both are small.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from itertools import combinations, islice
+from itertools import combinations, islice, product
+
+import numpy as np
 
 from cycloid_profile.discrepancy.candidates import Candidate
 from cycloid_profile.discrepancy.climbing import Start, about, leaves_something
-from cycloid_profile.discrepancy.evidence import estimate, is_plausible, linear_evidence, search
+from cycloid_profile.discrepancy.evidence import estimate, scores, search
 from cycloid_profile.discrepancy.exact import ExactModel
 from cycloid_profile.discrepancy.library import Library
 from cycloid_profile.discrepancy.normal import Normal, normal
@@ -34,12 +36,25 @@ def leading_pairs(
     Those that linear equations have for the best, one effect that cancels to first order beside one that does not,
     and, if ``thorough``, all pairs of the leading ``singles``.
     """
-    equations = normal(few.nothing.blocks, library.candidates)
-    starts = [*_of_linear(equations, library), *second_order_beside_first(few, library)]
+    starts = likely_pairs(few, library)
     if thorough and singles:
         starts += _of_singles(about(few, library, singles[0]), library, singles)
+    return fitted_pairs(few, library, starts, singles[0].misfit if singles else few.nothing.chi2, tell)
+
+
+def likely_pairs(few: ExactModel, library: Library) -> list[Start]:
+    """Where to begin with the pairs that linear equations have for the best, and with one effect that cancels to first
+    order beside one that does not.
+    """
+    equations = normal(few.nothing.blocks, library.candidates)
+    return [*_of_linear(equations, library), *second_order_beside_first(few, library)]
+
+
+def fitted_pairs(
+    few: ExactModel, library: Library, starts: Sequence[Start], beat: float, tell: Callable[[str], None]
+) -> list[Optimum]:
+    """Pairs fitted from ``starts`` on few rows, those that come near ``beat``, chi² with priors, best first."""
     tell(f"pairs of effects on the exact model, {len(starts)}")
-    beat = singles[0].misfit if singles else few.nothing.chi2
     # Teeth known by points take several times as long, and are seldom called for.
     quick, slow = list[Start](), list[Start]()
     for start in starts:
@@ -77,11 +92,10 @@ def _of_linear(equations: Normal, library: Library) -> Iterator[Start]:
 def _at_places(equations: Normal, library: Library, pair: Sequence[int], least: float) -> Iterator[Start]:
     """The pair, and it with one or both members at other places, if at ``least`` so likely, the likeliest first."""
     alike = [[i for i, c in enumerate(library.candidates) if c.name == library.candidates[p].name] for p in pair]
-    scored = [(linear_evidence(equations, library.priors, [i, j]), [i, j]) for i in alike[0] for j in alike[1]]
-    for value, places in sorted(scored, reverse=True):
-        u, _ = estimate(equations, places)
-        if value >= least and is_plausible(library.members(places), u):
-            yield places, u
+    sets = np.array(list(product(*alike)), dtype=np.intp)
+    for scored in sorted(scores(equations, library.priors, sets), key=lambda s: -s.log_evidence):
+        if scored.log_evidence >= least:
+            yield list(scored.members), estimate(equations, scored.members)[0]
 
 
 def _of_singles(equations: Normal, library: Library, singles: Sequence[Optimum]) -> Iterator[Start]:

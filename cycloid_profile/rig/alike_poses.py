@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TypeVar
 
 import numpy as np
@@ -23,6 +24,7 @@ Values = TypeVar("Values", FloatArray, ComplexArray)
 _SAME_ANGLE = 1e-8  # rad
 _SAME_PIN = 1e-12  # mm
 _WORTH_IT = 0.5  # of the poses
+_REMEMBERED = 32  # rows of poses
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,16 +68,23 @@ def alike_poses(built: Built, output_angle: FloatArray, torque: FloatArray) -> t
     """Which poses of the output [rad] under ``torque`` are to be solved, and which of these the others are like; all
     of them where the pins differ.
     """
-    pitch = 2.0 * math.pi / built.case.drive.trochoid.pins
+    if _pins_alike(built):
+        solved, alike = _seen_from_pins(built.case.drive.trochoid.pins, output_angle.tobytes(), torque.tobytes())
+        if solved.size <= _WORTH_IT * output_angle.size:
+            return solved, alike
     every = np.arange(output_angle.size)
-    alone = every, AlikePoses(every, np.zeros_like(every))
-    if not _pins_alike(built):
-        return alone
-    ahead = np.floor((output_angle + _SAME_ANGLE) / pitch)
-    within = np.round((output_angle - ahead * pitch) / _SAME_ANGLE)
-    _, solved, of = np.unique(np.stack([torque, within], axis=1), axis=0, return_index=True, return_inverse=True)
-    if solved.size > _WORTH_IT * output_angle.size:
-        return alone
+    return every, AlikePoses(every, np.zeros_like(every))
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def _seen_from_pins(pins: int, output_angle: bytes, torque: bytes) -> tuple[IntArray, AlikePoses]:
+    """The same for any number of poses; one reducer after another is looked at in the same ones."""
+    angle, pitch = np.frombuffer(output_angle), 2.0 * math.pi / pins
+    ahead = np.floor((angle + _SAME_ANGLE) / pitch)
+    within = np.round((angle - ahead * pitch) / _SAME_ANGLE)
+    _, solved, of = np.unique(
+        np.stack([np.frombuffer(torque), within], axis=1), axis=0, return_index=True, return_inverse=True
+    )
     of = of.reshape(-1)
     return solved, AlikePoses(of, (ahead - ahead[solved][of]).astype(np.intp))
 
