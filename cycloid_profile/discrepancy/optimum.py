@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -44,6 +44,16 @@ class Optimum:
     def _own(self, i: int) -> slice:
         i %= len(self.members)
         return slice(2 * i, 2 * i + 2)
+
+    def beside(self, others: Sequence[Candidate]) -> Candidate | None:
+        """The one member beside effects of the names of the ``others``, wherever these are; None if there is not one."""
+        rest = list(self.members)
+        for other in others:
+            same = [member for member in rest if member.name == other.name]
+            if not same:
+                return None
+            rest.remove(same[0])
+        return rest[0] if len(rest) == 1 else None
 
     @property
     def misfit(self) -> float:

@@ -123,7 +123,7 @@ def _group(found: Named, about: Normal, member: int, tell: Callable[[str], None]
     others = [m for j, m in enumerate(best.members) if j != member]
     for rescored in found.rescored:
         # What was fitted on the way to the best, and fits as well.
-        rival = _instead(rescored, others)
+        rival = rescored.beside(others)
         if rival is None or rival.name == mine.name or rescored.implausible:
             continue
         if _fit_of(rescored) >= _fit_of(best) - DISTINGUISHED:
@@ -150,17 +150,6 @@ def _group(found: Named, about: Normal, member: int, tell: Callable[[str], None]
         if _stands(best, optimum, less):
             group.setdefault(library.candidates[i].name, library.candidates[i])
     return list(group.values())
-
-
-def _instead(rescored: Optimum, others: Sequence[Candidate]) -> Candidate | None:
-    """The one member that a set has beside effects of the same names as the ``others``, wherever these are."""
-    rest = list(rescored.members)
-    for other in others:
-        same = [member for member in rest if member.name == other.name]
-        if not same:
-            return None
-        rest.remove(same[0])
-    return rest[0] if len(rest) == 1 else None
 
 
 def _elsewhere(found: Named, member: int, tell: Callable[[str], None]) -> tuple[Sized, ...]:
