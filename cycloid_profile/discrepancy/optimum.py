@@ -46,7 +46,7 @@ class Optimum:
         return slice(2 * i, 2 * i + 2)
 
     def beside(self, others: Sequence[Candidate]) -> Candidate | None:
-        """The one member beside effects of the names of the ``others``, wherever these are; None if there is not one."""
+        """The one member beside effects of the names of the ``others``, wherever they are; None if it is not one."""
         rest = list(self.members)
         for other in others:
             same = [member for member in rest if member.name == other.name]
