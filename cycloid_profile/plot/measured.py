@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+_NO_ORDER = 1e-6  # ″
 _LABELLED_ORDERS = 6
 _TO_THE_LEFT = 0.85  # part of the axis beyond which a name would leave the picture to the right
 _CELLS = 60  # of a lobe
@@ -124,8 +125,10 @@ def _orders(ax: Axes, error: FloatArray, built: Built) -> None:
     amplitude = spectrum(error)
     orders = np.arange(amplitude.size)
     ax.vlines(orders[1:], 0.0, amplitude[1:], color=BLUE, linewidth=1.0)
+    # One row a pin pitch shows the same pose again and again: no order at all.
+    highest = max(float(np.max(amplitude[1:])), _NO_ORDER)
     for order in np.argsort(amplitude[1:])[::-1][:_LABELLED_ORDERS] + 1:
-        if amplitude[order] < 0.02 * float(np.max(amplitude[1:])):
+        if amplitude[order] < max(0.02 * highest, _NO_ORDER):
             continue
         ax.annotate(
             order_label(int(order), trochoid.lobes, trochoid.pins, error.size),
@@ -138,7 +141,7 @@ def _orders(ax: Axes, error: FloatArray, built: Built) -> None:
         )
     ax.set(xlabel="order per turn of the output", ylabel="amplitude [″]")
     ax.set_xlim(0.0, float(orders[-1]) * 1.04)
-    ax.set_ylim(0.0, 1.2 * float(np.max(amplitude[1:])))
+    ax.set_ylim(0.0, 1.2 * highest)
 
 
 def _map(measurement: Measurement, built: Built) -> Figure:

@@ -80,13 +80,16 @@ def alike_poses(built: Built, output_angle: FloatArray, torque: FloatArray) -> t
 def _seen_from_pins(pins: int, output_angle: bytes, torque: bytes) -> tuple[IntArray, AlikePoses]:
     """The same for any number of poses; one reducer after another is looked at in the same ones."""
     angle, pitch = np.frombuffer(output_angle), 2.0 * math.pi / pins
-    ahead = np.floor((angle + _SAME_ANGLE) / pitch)
-    within = np.round((angle - ahead * pitch) / _SAME_ANGLE)
-    _, solved, of = np.unique(
-        np.stack([np.frombuffer(torque), within], axis=1), axis=0, return_index=True, return_inverse=True
-    )
+    # The same pose stands for the others in whatever order they come.
+    order = np.argsort(angle, kind="stable")
+    ahead = np.floor((angle[order] + _SAME_ANGLE) / pitch)
+    within = np.round((angle[order] - ahead * pitch) / _SAME_ANGLE)
+    keys = np.stack([np.frombuffer(torque)[order], within], axis=1)
+    _, first, of = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     of = of.reshape(-1)
-    return solved, AlikePoses(of, (ahead - ahead[solved][of]).astype(np.intp))
+    found = AlikePoses(np.empty_like(of), np.empty_like(of))
+    found.of[order], found.pitches[order] = of, (ahead - ahead[first][of]).astype(np.intp)
+    return order[first], found
 
 
 def _pins_alike(built: Built) -> bool:
