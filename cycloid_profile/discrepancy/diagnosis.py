@@ -29,6 +29,7 @@ from cycloid_profile.measurement.files import Measurement, scanned_disc
 
 _LEAST_EVIDENCE = 5.0
 _EXPLAINED = 0.9  # of the gap, for a name beside a remainder
+_HELD_OUT = 1.5  # times the noise: of 436 right names none left more than 1.25 on rows that were held out
 _SPOILT = 25.0  # of chi²
 
 NotSeen = dict[str, tuple[float, str]]
@@ -192,13 +193,25 @@ def _answer(account: _Account, files: _Files, not_seen: NotSeen, tell: Callable[
 
 
 def _stands(account: _Account) -> bool:
-    """Whether the best set may be told: likely enough, and with a remainder only if it explains nearly all."""
+    """Whether the best set may be told: likely enough, right for rows that did not choose it, and with a remainder only
+    if it explains nearly all.
+    """
     best, looked = account.found.best, account.looked
-    if not best.members or best.log_evidence < _LEAST_EVIDENCE:
+    if not best.members or best.log_evidence < _LEAST_EVIDENCE or not _holds(account.found):
         return False
     first, rows = looked.everything.nothing.chi2, looked.equations.rows
     explained = (first - account.final.chi2) / max(first - rows, 1e-9)
     return account.worst is None or (explained > _EXPLAINED and not _spoils(looked.everything, account.final))
+
+
+def _holds(found: Named) -> bool:
+    """Whether the rows that were held out of every file agree with the best set, or nearly all of their gap is gone."""
+    after = found.model.at(found.best).laid
+    gaps = [_gap(a.recording, a, b) for a, b in zip(found.model.nothing.laid, after, strict=True)]
+    return not any(
+        gap.held_out_after > _HELD_OUT * gap.noise and not (gap.closure is not None and gap.closure > _EXPLAINED)
+        for gap in gaps
+    )
 
 
 def _gaps(account: _Account, files: _Files, corrected: Built, named: bool) -> tuple[FileGap, ...]:

@@ -59,6 +59,16 @@ IN_SMALL = {
 
 
 @pytest.mark.slow
+def test_creep_on_a_loop_has_no_name():
+    """A friction of 1.6 N·m was told that closed 7 % of the gap, and left 2.4 times the noise on rows held out."""
+    of_loops = ("x_loop_creep", "x_rate_stiffening")
+    asked = {"effects": 0, "outside": 1, "files": ("loop",), "sizes": (0.7, 2.0), "names": of_loops}
+    answer = ask(Question("outside", 2401100, asked))
+    assert [one["name"] for one in answer.truth] == ["x_loop_creep"]
+    assert answer.verdict == "unknown_effect"
+
+
+@pytest.mark.slow
 def test_the_protocol_in_small():
     every = questions(500_000)
     asked = [q for section, count in IN_SMALL.items() for q in [q for q in every if q.section == section][:count]]
