@@ -11,8 +11,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from cycloid_profile.discrepancy.candidates import Candidate, Variety
-from cycloid_profile.discrepancy.climbing import Start
-from cycloid_profile.discrepancy.climbing import about as linear
+from cycloid_profile.discrepancy.climbing import Start, about
 from cycloid_profile.discrepancy.evidence import estimate, log_evidence_at
 from cycloid_profile.discrepancy.exact import ExactModel
 from cycloid_profile.discrepancy.left_over import detect_beside, worst_left
@@ -74,10 +73,10 @@ def _promised(model: ExactModel, library: Library, pairs: Sequence[Optimum]) -> 
         if state is None:
             continue
         everyone = list(range(len(pair.members)))
-        about = normal(state.blocks, pair.members).about(everyone, pair.u)
-        covariance = np.asarray(np.linalg.inv(np.eye(pair.u.size) + about.R), dtype=np.float64)
-        u = covariance @ about.b
-        fall = model.nothing.chi2 - float(about.chi2 - 2.0 * u @ about.b + u @ about.R @ u)
+        own = normal(state.blocks, pair.members).about(everyone, pair.u)
+        covariance = np.asarray(np.linalg.inv(np.eye(pair.u.size) + own.R), dtype=np.float64)
+        u = covariance @ own.b
+        fall = model.nothing.chi2 - float(own.chi2 - 2.0 * u @ own.b + u @ own.R @ u)
         value = log_evidence_at(fall, u, covariance, library.prior(pair.members), pair.members)
         promised.append((value, pair))
     best: dict[_Kind, Optimum] = {}
@@ -92,7 +91,7 @@ def _of_finite_size(model: ExactModel, library: Library, lead: Sequence[Optimum]
     """
     starts = list[Start]()
     for one in _leading(model, lead):
-        equations = linear(model, library, one)
+        equations = about(model, library, one)
         (first,) = library.places(one.members)
         for i, partner in enumerate(library.candidates):
             if not _is_amount(partner) or partner.name == one.members[0].name:
