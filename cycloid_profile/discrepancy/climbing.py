@@ -32,7 +32,7 @@ _SIEVE_STEPS = 3
 _STEPS, _STEPS_AFTER_SIEVE = 8, 4
 _CLOSE = 8.0
 _BETTER = 0.05
-LEAST_CONTRIBUTION = 0.5  # times the accuracy of the simulation
+LEAST_CONTRIBUTION = 1.0  # times the accuracy of the simulation
 
 Start = tuple[list[int], FloatArray]
 Found = dict[tuple[int, ...], Optimum]
@@ -68,8 +68,8 @@ class Climb:
 
     @property
     def ranked(self) -> list[Optimum]:
-        """All sets rescored, best first."""
-        return sorted(self.found.values(), key=lambda o: -o.log_evidence)
+        """All sets rescored, best first; of those as good as each other the one that was found first."""
+        return sorted(self.found.values(), key=lambda o: -round(o.log_evidence, 1))
 
     def up(self, starts: Sequence[Start], rounds: int) -> Optimum:
         """The best set within reach of the best of ``starts``."""
