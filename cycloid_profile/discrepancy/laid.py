@@ -125,7 +125,7 @@ class Laid:
                 self._weights[disc] = [(weights, slice(None))]
             else:
                 self._weights[disc] = [
-                    (self.probes.weights(one.pose, one.along, one.weight, int(np.max(one.of)) + 1), one.of)
+                    (self.probes.weights(one.pose, one.along, one.weight, one.poses), one.of)
                     for one in self.first_order.flank_weights(disc)
                 ]
         return self._weights[disc]

@@ -89,14 +89,13 @@ def _of_finite_size(model: ExactModel, library: Library, lead: Sequence[Optimum]
     """Where to begin with each single effect that leads beside each amount of another name, at a size that shows: what
     a little of it does need not be what more of it does.
     """
+    amounts = [(i, c) for i, c in enumerate(library.candidates) if _is_amount(c) and model.solves_few_poses([c])]
     starts = list[Start]()
     for one in _leading(model, lead):
         equations = about(model, library, one)
         (first,) = library.places(one.members)
-        for i, partner in enumerate(library.candidates):
-            if not _is_amount(partner) or partner.name == one.members[0].name:
-                continue
-            if not model.solves_few_poses([partner]):
+        for i, partner in amounts:
+            if partner.name == one.members[0].name:
                 continue
             u = float(estimate(equations, [first, i])[0][2])
             sign = 1.0 if partner.one_sided or u > 0.0 else -1.0

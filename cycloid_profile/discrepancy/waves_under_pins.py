@@ -177,12 +177,12 @@ class WavesUnderPins:
             for j in discs:
                 # Disc j is mounted turned by so much against the first.
                 mounted = 0.0 if self.disc is not None else 2.0 * math.pi * j / (built.discs * trochoid.lobes)
-                for pose, along, weight, of in block.laid.first_order.flank_weights(j):
+                for one in block.laid.first_order.flank_weights(j):
                     # From the tip before lobe 1 to the same: there a number that does not come out even jumps.
-                    t = (np.mod(along + math.pi, trochoid.phase_period) - math.pi) / trochoid.lobes
+                    t = (np.mod(one.along + math.pi, trochoid.phase_period) - math.pi) / trochoid.lobes
                     angles.append(t + mounted)
-                    size = (int(np.max(of)) + 1, t.size)
-                    shown.append(csr_array((weight, (pose, np.arange(t.size))), shape=size)[of])
+                    places = (one.pose, np.arange(t.size))
+                    shown.append(csr_array((one.weight, places), shape=(one.poses, t.size))[one.of])
             found.append((csr_array(hstack(shown)), np.concatenate(angles)))
         return found
 

@@ -34,6 +34,11 @@ class FlankWeights(NamedTuple):
     weight: FloatArray
     of: IntArray
 
+    @property
+    def poses(self) -> int:
+        """How many poses there are."""
+        return int(np.max(self.of)) + 1
+
 
 class FirstOrder:
     """Changes of one predicted curve to first order."""
