@@ -17,6 +17,7 @@ from cycloid_profile.discrepancy.exact import ExactModel, State
 from cycloid_profile.discrepancy.library import Library
 from cycloid_profile.discrepancy.normal import Normal, normal
 from cycloid_profile.discrepancy.optimum import Attempt, Optimum
+from cycloid_profile.discrepancy.sieve import left_open
 
 _FINALISTS = 4
 _SIMPLER = 2  # sets of each smaller number of members, and of two more
@@ -126,18 +127,9 @@ class Climb:
 
     def _sieved(self, few: ExactModel, starts: Sequence[Start], best: Optimum) -> list[Start]:
         """Those that do best on few rows beside the best set, and where they do."""
-        mine = few.optimum(Attempt(best.members, best.u, steps=2), 0.0)
-        if mine is None:
-            return list(starts)
-        beat = mine.misfit
-        attempts = [Attempt(self.library.members(members), u, _SIEVE_STEPS, beat) for members, u in starts]
-        optima = zip(starts, few.optima(attempts, self.library.prior), strict=True)
-        found = [
-            (optimum.log_evidence, (members, optimum.u))
-            for (members, _), optimum in optima
-            if optimum is not None and optimum.misfit < beat + _HOPELESS_ON_FEW
-        ]
-        return [start for _, start in sorted(found, key=lambda f: -f[0])[:_FINALISTS]]
+        attempts = [Attempt(self.library.members(members), u, _SIEVE_STEPS) for members, u in starts]
+        found = left_open(few, attempts, self.library.prior, best, _HOPELESS_ON_FEW)
+        return [(self.library.places(one.members), one.u) for one in found[:_FINALISTS]]
 
     def _new(self, equations: Normal, sets: Iterable[tuple[int, ...]], most: int | None = None) -> list[Start]:
         """Where to begin with the first sets that were not rescored yet, all members contributing."""

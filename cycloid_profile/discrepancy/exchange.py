@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Sequence
 from itertools import combinations
 
 from cycloid_profile.discrepancy.candidates import Variety
@@ -18,6 +17,7 @@ from cycloid_profile.discrepancy.exact import ExactModel
 from cycloid_profile.discrepancy.normal import Normal
 from cycloid_profile.discrepancy.optimum import Attempt, Optimum
 from cycloid_profile.discrepancy.other_parts import of_other_parts
+from cycloid_profile.discrepancy.sieve import left_open
 
 _ROUNDS = 2
 _RIVALS = 16  # for each member
@@ -39,22 +39,13 @@ def exchanged(climb: Climb, few: ExactModel, best: Optimum) -> Optimum:
             some = quick if climb.model.solves_few_poses(climb.library.members(places)) else slow
             some.append((places, estimate(equations, places)[0]))
         better = climb.judge(quick, best)
-        better = climb.judged(_left_open(climb, few, slow, best), better)
+        attempts = [Attempt(climb.library.members(places), u, _STEPS) for places, u in slow]
+        better = climb.judged(left_open(few, attempts, climb.library.prior, best, _OPEN), better)
         better = climb.judge(of_other_parts(climb), better)
         if not better.log_evidence > best.log_evidence:
             break
         best = better
     return best
-
-
-def _left_open(climb: Climb, few: ExactModel, starts: Sequence[Start], best: Optimum) -> list[Optimum]:
-    """The sets that ``few`` rows do not think much worse than the best, fitted on them."""
-    mine = few.optimum(Attempt(best.members, best.u, _STEPS), climb.library.prior(best.members)) if starts else None
-    if mine is None:
-        return []
-    attempts = [Attempt(climb.library.members(places), u, _STEPS, mine.misfit) for places, u in starts]
-    fitted = few.optima(attempts, climb.library.prior)
-    return [one for one in fitted if one is not None and one.misfit < mine.misfit + _OPEN]
 
 
 def _swaps(climb: Climb, equations: Normal, places: list[int]) -> list[list[int]]:
