@@ -99,12 +99,17 @@ class Climb:
         """The best of sets that few rows leave open, fitted on the exact model, and of what was the best before."""
         return self.judge([(self.library.places(one.members), one.u) for one in optima], best)
 
-    def judge(self, starts: Sequence[Start], best: Optimum) -> Optimum:
-        """The best of sets fitted on the exact model from ``starts``, and of what was the best before."""
-        self._rescorings_left = max(self._rescorings_left, len(starts))
-        return self._rescored(starts, best, None)
+    def judge(self, starts: Sequence[Start], best: Optimum, least: float = 0.0) -> Optimum:
+        """The best of sets fitted on the exact model from ``starts``, and of what was the best before.
 
-    def _rescored(self, starts: Sequence[Start], best: Optimum, sieve: ExactModel | None) -> Optimum:
+        ``least`` widths, below which a member need not be followed.
+        """
+        self._rescorings_left = max(self._rescorings_left, len(starts))
+        return self._rescored(starts, best, None, least)
+
+    def _rescored(
+        self, starts: Sequence[Start], best: Optimum, sieve: ExactModel | None, least: float = 0.0
+    ) -> Optimum:
         """The best of sets that pass the ``sieve``, fitted on the exact model, and of what was the best before."""
         asked = {tuple(sorted(members)): (members, u) for members, u in reversed(starts)}
         fresh = [start for key, start in reversed(asked.items()) if key not in self.found]
@@ -113,7 +118,9 @@ class Climb:
         fresh = fresh[: self._rescorings_left]
         self._rescorings_left -= len(fresh)
         beat = best.misfit if best.members else np.inf
-        attempts = [Attempt(self.library.members(members), u, self._steps(members), beat) for members, u in fresh]
+        attempts = [
+            Attempt(self.library.members(members), u, self._steps(members), beat, least=least) for members, u in fresh
+        ]
         for (members, _), optimum in zip(fresh, self.model.optima(attempts, self.library.prior), strict=True):
             if optimum is not None and not optimum.implausible:
                 self.found[tuple(sorted(members))] = optimum

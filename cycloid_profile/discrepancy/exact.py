@@ -199,6 +199,8 @@ class ExactModel:
             if new is None:
                 break
             u, now = new
+            if np.any(np.hypot(u[0::2], u[1::2]) < attempt.least):
+                return None
         if members and not settled:
             R = normal(now.blocks, members).R
         rows = sum(block.z.size for block in now.blocks)

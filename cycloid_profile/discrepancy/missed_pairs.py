@@ -10,9 +10,9 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from cycloid_profile.discrepancy.candidates import Candidate, Variety
-from cycloid_profile.discrepancy.climbing import Start, about
-from cycloid_profile.discrepancy.evidence import estimate, log_evidence_at
+from cycloid_profile.discrepancy.candidates import Variety
+from cycloid_profile.discrepancy.climbing import Start
+from cycloid_profile.discrepancy.evidence import log_evidence_at
 from cycloid_profile.discrepancy.exact import ExactModel
 from cycloid_profile.discrepancy.left_over import detect_beside, worst_left
 from cycloid_profile.discrepancy.library import Library
@@ -21,8 +21,6 @@ from cycloid_profile.discrepancy.optimum import Optimum
 from cycloid_profile.discrepancy.starting_pairs import fitted_pairs, likely_pairs
 
 _ASKED, _STARTS = 40, 4  # pairs that all rows are asked about, and unlike ones that are fitted on them
-_LEADS = 5  # single effects of unlike names, beside which others are tried
-_LEAST, _MOST = 0.3, 2.0  # widths that they are tried at
 _SAME = 0.01  # of chi²: of discs that show alike one is enough
 
 _Kind = tuple[Variety, ...]
@@ -62,7 +60,7 @@ def missed_pairs(
         (quick if model.solves_few_poses(library.members(start[0])) else slow).append(start)
     beat = lead[0].misfit if lead else few.nothing.chi2
     promised = _promised(model, library, fitted_pairs(few, library, slow, beat, tell)) if slow else []
-    return [*quick, *_of_finite_size(model, library, lead), *promised]
+    return [*quick, *promised]
 
 
 def _promised(model: ExactModel, library: Library, pairs: Sequence[Optimum]) -> list[Start]:
@@ -83,39 +81,6 @@ def _promised(model: ExactModel, library: Library, pairs: Sequence[Optimum]) -> 
     for _, pair in sorted(promised, key=lambda p: -p[0]):
         best.setdefault(_kind(pair), pair)
     return [(library.places(pair.members), pair.u) for pair in list(best.values())[:_STARTS]]
-
-
-def _of_finite_size(model: ExactModel, library: Library, lead: Sequence[Optimum]) -> list[Start]:
-    """Where to begin with each single effect that leads beside each amount of another name, at a size that shows: what
-    a little of it does need not be what more of it does.
-    """
-    amounts = [(i, c) for i, c in enumerate(library.candidates) if _is_amount(c) and model.solves_few_poses([c])]
-    starts = list[Start]()
-    for one in _leading(model, lead):
-        equations = about(model, library, one)
-        (first,) = library.places(one.members)
-        for i, partner in amounts:
-            if partner.name == one.members[0].name:
-                continue
-            u = float(estimate(equations, [first, i])[0][2])
-            sign = 1.0 if partner.one_sided or u > 0.0 else -1.0
-            starts.append(([first, i], np.array([*one.u, sign * float(np.clip(sign * u, _LEAST, _MOST)), 0.0])))
-    return starts
-
-
-def _leading(model: ExactModel, lead: Sequence[Optimum]) -> list[Optimum]:
-    """The first of each name, of one disc and of all, that few poses stand for."""
-    first: dict[Variety, Optimum] = {}
-    for one in lead:
-        if len(one.members) == 1 and model.solves_few_poses(one.members):
-            first.setdefault(one.members[0].variety, one)
-    return list(first.values())[:_LEADS]
-
-
-def _is_amount(candidate: Candidate) -> bool:
-    """Whether it has no direction, and few places; of single cranks, which turn alike, the first."""
-    apart = {"lobe", "first_lobe", "pin", "waves_per_turn"} & candidate.choice.keys()
-    return candidate.angle is None and not apart and candidate.choice.get("crank") in (None, 1)
 
 
 def _unlike(pairs: Sequence[Optimum]) -> list[Optimum]:

@@ -20,6 +20,7 @@ from cycloid_profile.discrepancy.evidence import estimate
 from cycloid_profile.discrepancy.exact import ExactModel
 from cycloid_profile.discrepancy.exchange import exchanged
 from cycloid_profile.discrepancy.few_rows import named_on_few_rows
+from cycloid_profile.discrepancy.finite_pairs import A_LITTLE, pairs_of_finite_size
 from cycloid_profile.discrepancy.library import Library
 from cycloid_profile.discrepancy.missed_pairs import may_hide_a_pair, missed_pairs
 from cycloid_profile.discrepancy.normal import Normal
@@ -80,12 +81,7 @@ def named(
         climb = Climb(model, library, _RESCORINGS, tell, thorough=thorough, sieve=few)
     climb, waved = _tried(climb, with_waves_below, best)
     if waved is best and _asked_for_pairs(model, best):
-        pairs = missed_pairs(model, few, climb.library, begun.lead, tell)
-        tell(f"pairs of effects on all rows, {len(pairs)}")
-        better = climb.judge(pairs, best)
-        if better is not best:
-            climb.up([(climb.library.places(better.members), better.u)], _FINAL_ROUNDS)
-        exchanged(climb, few, _first_that_contributes(climb))
+        _ask_for_pairs(climb, few, best, begun.lead, tell)
         climb, waved = _tried(climb, with_waves_below, _first_that_contributes(climb))
     best = waved
     for other in (partial(with_waves_beside_others, lead=begun.lead), with_waves_anew):
@@ -100,6 +96,19 @@ def _has_turns(model: ExactModel) -> bool:
 
 def _asked_for_pairs(model: ExactModel, best: Optimum) -> bool:
     return _has_turns(model) and 0 < len(best.members) <= _FEW_MEMBERS and may_hide_a_pair(model, best)
+
+
+def _ask_for_pairs(
+    climb: Climb, few: ExactModel, best: Optimum, lead: Sequence[Optimum], tell: Callable[[str], None]
+) -> None:
+    """Let the climb find what pairs do better than the ``best`` set."""
+    missed = missed_pairs(climb.model, few, climb.library, lead, tell)
+    finite = pairs_of_finite_size(climb.model, climb.library, lead)
+    tell(f"pairs of effects on all rows, {len(missed) + len(finite)}")
+    better = climb.judge(finite, climb.judge(missed, best), A_LITTLE)
+    if better is not best:
+        climb.up([(climb.library.places(better.members), better.u)], _FINAL_ROUNDS)
+    exchanged(climb, few, _first_that_contributes(climb))
 
 
 _More = Callable[[ExactModel, Library, Optimum], tuple[Library, list[Start]]]

@@ -88,7 +88,7 @@ class Attempt:
     """A set of ``members`` to be fitted from ``start``, shape (2·members,), in at most so many ``steps``.
 
     Up to ``farthest`` widths; given up after a step or two where not even what the linear model promises comes near
-    ``beat``, the chi² with priors of a better set.
+    ``beat``, the chi² with priors of a better set, and where a member falls below ``least`` widths.
     """
 
     members: tuple[Candidate, ...]
@@ -96,3 +96,4 @@ class Attempt:
     steps: int = _STEPS
     beat: float = math.inf
     farthest: float = FARTHEST
+    least: float = 0.0
