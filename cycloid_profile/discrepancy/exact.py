@@ -192,8 +192,8 @@ class ExactModel:
                 settled = True
                 break
             promised = float((equations.b - u) @ np.linalg.solve(np.eye(u.size) + R, equations.b - u))
-            # After one step the promise is less sure than after two.
-            if number > 0 and now.chi2 + float(u @ u) - (1.0 + 2.0 / number**2) * promised > beat + _HOPELESS:
+            # Before the second step the promise is less sure than after it.
+            if now.chi2 + float(u @ u) - (1.0 + 2.0 / max(number, 1) ** 2) * promised > beat + _HOPELESS:
                 return None
             new = self._shorter(members, u, step, now, farthest)
             if new is None:
@@ -242,7 +242,14 @@ class ExactModel:
         # The last reducer was much like this one: where it rested is a good place to begin.
         self._latest = laid_curves(curves, built, self._latest)
         predicted = dict(zip(map(id, curves), self._latest, strict=True))
-        return tuple(Laid(r, built, self.probes, predicted.get(id(r))) for r in self.recordings)
+        return tuple(
+            self._on_its_own_disc(i, built) or Laid(r, built, self.probes, predicted.get(id(r)))
+            for i, r in enumerate(self.recordings)
+        )
+
+    def _on_its_own_disc(self, i: int, built: Built) -> Laid | None:
+        """A scan whose disc is as without any effect lies as it did then."""
+        return None if self._nothing is None else self._nothing.laid[i].on(built)
 
     @staticmethod
     def _predicted(laid: Sequence[Laid]) -> list[CurvePrediction]:

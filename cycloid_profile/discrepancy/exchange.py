@@ -36,7 +36,8 @@ def exchanged(climb: Climb, few: ExactModel, best: Optimum) -> Optimum:
         equations = about(climb.model, climb.library, best)
         quick, slow = list[Start](), list[Start]()
         for places in _swaps(climb, equations, climb.library.places(best.members)):
-            some = quick if climb.model.solves_few_poses(climb.library.members(places)) else slow
+            at_once = few is climb.model or climb.model.solves_few_poses(climb.library.members(places))
+            some = quick if at_once else slow
             some.append((places, estimate(equations, places)[0]))
         better = climb.judge(quick, best)
         attempts = [Attempt(climb.library.members(places), u, _STEPS) for places, u in slow]

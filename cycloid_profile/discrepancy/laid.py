@@ -83,6 +83,16 @@ class Laid:
         twin.recording = recording
         return twin
 
+    def on(self, built: Built) -> Laid | None:
+        """The same on another reducer, if that shows the recording the very same: a scan sees its own disc only."""
+        if self.recording.kind != "profile_scan":
+            return None
+        if built.teeth[self.recording.disc] is not self.built.teeth[self.recording.disc]:
+            return None
+        twin = copy(self)
+        twin.built = built
+        return twin
+
     def columns(self, candidates: Sequence[Candidate]) -> FloatArray:
         """What the prediction gains per width of each coordinate, shape (rows, candidates, 2).
 

@@ -87,7 +87,7 @@ class Optimum:
 class Attempt:
     """A set of ``members`` to be fitted from ``start``, shape (2·members,), in at most so many ``steps``.
 
-    Up to ``farthest`` widths; given up after a step or two where not even what the linear model promises comes near
+    Up to ``farthest`` widths; given up where not even what the linear model promises comes near
     ``beat``, the chi² with priors of a better set, and where a member falls below ``least`` widths.
     """
 

@@ -18,7 +18,7 @@ _ROUNDS = 20
 _STARTS = 4  # turns within a lobe from which a free scan is laid
 _NEAR_ENOUGH = 0.05  # mm; no other turn is tried
 _TABLE = 2001
-_SETTLED = 1e-11  # rad or mm
+_NEARBY, _SETTLED = 1e-3, 1e-11  # rad or mm
 _SINGLE_POINTS = 0.02  # share of points that may be gross errors of reading
 
 
@@ -119,16 +119,18 @@ def _fit(
     tooth: ToothProfile, points: ComplexArray, chosen: BoolArray, turn: float, shift: complex, free: bool
 ) -> tuple[float, complex]:
     """Turn and shift of least squares, from a place within a lobe of it."""
-    some = points[chosen]
+    some, along = points[chosen], None
     for _ in range(_ROUNDS):
-        at = _laid(tooth, some, turn, shift)
+        at = _laid(tooth, some, turn, shift, along)
         columns = [at.lever, at.normal.real, at.normal.imag] if free else [at.lever]
         change, *_ = np.linalg.lstsq(np.stack(columns, axis=1), -at.removal, rcond=None)
         turn += float(change[0])
         if free:
             shift += complex(change[1], change[2]) * np.exp(1j * turn)
-        if float(np.max(np.abs(change))) < _SETTLED:
+        largest = float(np.max(np.abs(change)))
+        if largest < _SETTLED:
             break
+        along = at.along if largest < _NEARBY else None
     return turn, shift
 
 
@@ -149,14 +151,21 @@ def _best_lobe(
     return float(turns[int(np.argmin(left))])
 
 
-def _laid(tooth: ToothProfile, points: ComplexArray, turn: float, shift: complex) -> PlacedScan:
+def _laid(
+    tooth: ToothProfile, points: ComplexArray, turn: float, shift: complex, along: FloatArray | None = None
+) -> PlacedScan:
+    """The points on the tooth; ``along``, phases along the disc near their feet where these are known."""
     placed: ComplexArray = (points - shift) * np.exp(-1j * turn)
     lobe_angle = 2.0 * math.pi / tooth.trochoid.lobes
     lobe = np.round(-np.angle(placed) / lobe_angle)
     spin = np.exp(1j * lobe * lobe_angle)
     in_lobe = placed * spin
-    psi = np.linspace(-math.pi, math.pi, _TABLE)
-    start = np.interp(-np.angle(in_lobe), -np.angle(tooth.at(psi).position), psi)
+    if along is None:
+        psi = np.linspace(-math.pi, math.pi, _TABLE)
+        start = np.interp(-np.angle(in_lobe), -np.angle(tooth.at(psi).position), psi)
+    else:
+        # A point that crossed the tip between two lobes has its foot at the other end of a lobe.
+        start = _within_a_turn(along - 2.0 * math.pi * lobe, tooth.trochoid.phase_period)
     lobe = np.mod(lobe, tooth.trochoid.lobes)
     which = None if tooth.lobes_alike else lobe
     foot, side = nearest_foot(tooth, in_lobe, start, which)
@@ -165,6 +174,12 @@ def _laid(tooth: ToothProfile, points: ComplexArray, turn: float, shift: complex
     removal: FloatArray = -(np.conj(found.normal) * away).real
     lever: FloatArray = (np.conj(found.position) * found.normal).imag
     return PlacedScan(tooth, placed, turn, shift, foot, side, lobe, removal, found.normal * np.conj(spin), lever)
+
+
+def _within_a_turn(phase: FloatArray, period: float) -> FloatArray:
+    """The same phase along the disc, the one nearest to zero [rad]."""
+    found: FloatArray = phase - period * np.round(phase / period)
+    return found
 
 
 def _coarse_turn(tooth: ToothProfile, points: ComplexArray) -> float:
