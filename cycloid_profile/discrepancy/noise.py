@@ -6,10 +6,12 @@ noise, and its slope tells how much of the noise neighbouring rows share.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TypeVar, cast
 
 import numpy as np
+from scipy.special import ndtr
 
 from cycloid_profile.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 
@@ -27,6 +29,7 @@ _LOW_END = 0.15  # share of the spectrum where effects live
 _BAND = 25
 _LINE = 6.0  # an ordinate so far above the mean is a line
 _GROSS = 7.0
+_CHANCE = 0.003  # that a reading error of a file is taken for something that is there
 _SCATTERED = 1.5  # times the noise: what the spread of a few rows of noise alone may be
 
 
@@ -94,7 +97,9 @@ def local_noise(residual: FloatArray, index: IntArray, stated: float | None = No
 
 
 def gross_errors(residual: FloatArray, sigma: float) -> BoolArray:
-    """Single rows, or two together, that stand out of both their neighbourhoods by far more than the noise."""
+    """Single rows, or two together, that stand out of both their neighbourhoods by far more than the noise, and whose
+    neighbours know nothing of it.
+    """
     n = residual.size
     if n < 2 * _LEAST_ROWS:
         return np.zeros(n, dtype=bool)
@@ -109,8 +114,28 @@ def gross_errors(residual: FloatArray, sigma: float) -> BoolArray:
     spread = 1.4826 * np.median(np.abs(windows - middle[:, np.newaxis]), axis=1)
     # The spread of a few rows scatters: only what is clearly more than the noise is something that varies there.
     beyond = np.sqrt(np.maximum(spread**2 - (_SCATTERED * sigma) ** 2, 0.0))
-    far: BoolArray = np.abs(residual - middle) > _GROSS * np.hypot(sigma, beyond)
+    unit = np.hypot(sigma, beyond)
+    far: BoolArray = np.abs(residual - middle) > _GROSS * unit
     # Three rows and more in a run are something that is there.
     together = np.convolve(far.astype(int), np.ones(3), mode="same")
     longer = np.convolve((together >= 3).astype(int), np.ones(3), mode="same") > 0
-    return far & ~longer
+    alone = far & ~longer
+    beside = (windows[:, [reach - 1, reach + 1]] - middle[:, np.newaxis]) / unit[:, np.newaxis]
+    return alone & ~_part_of_more(alone, beside * np.sign(residual - middle)[:, np.newaxis])
+
+
+def _part_of_more(alone: BoolArray, beside: FloatArray) -> BoolArray:
+    """Which of the rows that stand out ``alone`` have rows ``beside`` them, before and after, shape (rows, 2), in
+    standard deviations to the same side, that are off as well.
+
+    A reading error says nothing of the next reading; what is wider than the rows are apart does. That neither is the
+    scatter of the rows beside nor another reading error must be more than chance for all that stand out together.
+    """
+    errors = int(np.count_nonzero(alone & ~np.roll(alone, 1)))
+    off = np.maximum(np.max(beside, axis=1), np.sum(beside, axis=1) / math.sqrt(2.0))
+    by_scatter = 3.0 * ndtr(-off)  # the best of three looks
+    by_another = 2.0 * errors / alone.size
+    more = alone & (errors * (by_scatter + by_another) < _CHANCE)
+    # Of two rows together both are.
+    found: BoolArray = alone & (more | np.roll(more, 1) | np.roll(more, -1))
+    return found
