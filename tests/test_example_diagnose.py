@@ -31,6 +31,7 @@ def example(name: str) -> ModuleType:
     return module
 
 
+@pytest.mark.slow
 def test_scan_names_what_was_hidden(tmp_path, capsys):
     found, new_spec = example("diagnose_scan").main(tmp_path)
     assert found.verdict == "effects_found"

@@ -43,6 +43,7 @@ def test_the_committed_set_is_small_and_complete() -> None:
     }
 
 
+@pytest.mark.slow
 def test_build_gives_the_committed_bytes(tmp_path: Path) -> None:
     if (platform.system(), platform.machine()) != ("Linux", "x86_64"):
         pytest.skip("bytes are promised on x86-64 Linux only")

@@ -86,6 +86,7 @@ def test_correct_says_so_where_all_agrees(files: Files, tmp_path: Path, capsys: 
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_what_has_no_name_is_not_cancelled_unless_asked(
     files: Files, told_by: Callable[..., None], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -176,6 +176,7 @@ def test_folder_that_nobody_gave(bench: Path, tmp_path: Path, monkeypatch: pytes
     assert [f.name for f in tmp_path.iterdir()] == ["exports"]
 
 
+@pytest.mark.slow
 def test_files_to_check_with_are_not_fitted(
     diagnosed: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

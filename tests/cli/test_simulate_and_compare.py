@@ -108,6 +108,7 @@ def test_a_file_that_was_simulated_differs_from_its_spec_by_the_noise(
     )
 
 
+@pytest.mark.slow
 def test_without_the_effects_the_gap_is_what_they_do(
     spec: Written, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -177,6 +178,7 @@ def test_picture_and_table_have_two_names(spec: Written, tmp_path: Path, refused
     assert ".csv" in refused(tmp_path, *words)
 
 
+@pytest.mark.slow
 def test_a_reducer_that_binds_ends_in_a_sentence(spec: Written, tmp_path: Path, refused: Callable[..., str]) -> None:
     path = spec("[[effects]]\nname = 'disc_runout'\namplitude_um = 200.0\n")
     words = ("simulate", str(path), "--kind", "transmission_error", "--points", "5", "--out", str(tmp_path / "f.csv"))

@@ -86,6 +86,7 @@ def test_discs_pose_does_not_depend_on_the_others(rv40e, tooth):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tooth", TEETH)
 @pytest.mark.parametrize("support", SUPPORTS)
 def test_stages_pose_does_not_depend_on_the_others(rv40e, support, tooth):

@@ -112,6 +112,7 @@ def test_alike_parts_show_the_mesh_alone(turned):
         assert found.off(MESH) < OFF_THE_RULE
 
 
+@pytest.mark.slow
 @given(errors(2, PINS), errors(PINS), load_shares)
 def test_housing_errors_show_even_multiples_of_the_lobes(turned, shift, oversize, share):
     # Both discs meet the same pins: 2 z_c, 4 z_c … and not z_c.
@@ -119,6 +120,7 @@ def test_housing_errors_show_even_multiples_of_the_lobes(turned, shift, oversize
     assert found.off(2 * LOBES) < OFF_THE_RULE
 
 
+@pytest.mark.slow
 @given(errors(2, PINS), errors(PINS), errors(3 * LOBES), load_shares)
 def test_housing_errors_show_the_lobes_where_the_discs_differ(case, turned, shift, oversize, form, share):
     # Another form on disc 2, alike on all its lobes: the discs no longer swap, but the crank's turn still returns.
@@ -136,6 +138,7 @@ def test_a_lone_lobe_order_means_that_the_discs_differ(case, turned):
     assert found.at(lambda order: order == LOBES) > 0.1 * found.at(lambda order: order < 0.5 * MESH)
 
 
+@pytest.mark.slow
 @given(errors(3 * LOBES), errors(3 * LOBES), load_shares)
 @settings(max_examples=15)
 def test_disc_errors_show_multiples_of_the_pins(case, turned, one, other, share):
@@ -154,6 +157,7 @@ def test_carrier_errors_show_multiples_of_the_pins(turned, eccentric, bore, lead
     assert spectrum(turned(built, share)).off(PINS) < OFF_THE_RULE
 
 
+@pytest.mark.slow
 @given(st.floats(1.0, 3.0), st.floats(0.0, 6.2), st.floats(-1.0, 1.0), st.floats(0.0, 6.2), load_shares)
 @settings(max_examples=15)
 def test_discs_alike_on_the_carrier_cancel_odd_multiples(case, turned, once, at, twice, where, share):
@@ -169,6 +173,7 @@ def test_discs_alike_on_the_carrier_cancel_odd_multiples(case, turned, once, at,
     assert both < (0.02 if abs(share) < 0.1 else 0.005) * alone
 
 
+@pytest.mark.slow
 @given(small, small, st.sampled_from(["eccentric_shift", "bore_shift"]), load_shares)
 def test_a_crank_alike_in_both_discs_cancels_odd_multiples(turned, x, y, part, share):
     error = complex(x, y)
@@ -178,6 +183,7 @@ def test_a_crank_alike_in_both_discs_cancels_odd_multiples(turned, x, y, part, s
     assert both < 0.01 * alone
 
 
+@pytest.mark.slow
 @given(st.sampled_from([-1.0, 1.0]), st.floats(1.0, 3.0), st.floats(0.0, 6.2), load_shares)
 @settings(max_examples=15)
 def test_an_error_of_one_disc_shows_the_pins_themselves(case, turned, sign, amount, at, share):
@@ -192,6 +198,7 @@ def test_an_error_of_one_disc_shows_the_pins_themselves(case, turned, sign, amou
         assert found.at(lambda order: order == PINS) > 0.3 * below
 
 
+@pytest.mark.slow
 @given(st.floats(-1e-4, 1e-4), load_shares)
 def test_a_tooth_turned_on_both_discs_turns_the_output_and_nothing_else(case, turned, angle, share):
     # h = a z_c β sinψ S, signed. The output follows by β z_c/(z_p + z1/z2), as with the input held each pin's arm is
@@ -231,6 +238,7 @@ def test_orders_of_random_housing_errors_of_the_rv40e(whole_rv40e):
     assert found.at(lambda order: order == 78) > 0.1 * np.sum(found.energy)
 
 
+@pytest.mark.slow
 def test_orders_of_a_random_disc_error_of_the_rv40e(whole_rv40e):
     rng = np.random.default_rng(39)
     case = whole_rv40e.case
@@ -241,6 +249,7 @@ def test_orders_of_a_random_disc_error_of_the_rv40e(whole_rv40e):
     assert found.at(lambda order: order == 40) > 0.1 * np.sum(found.energy)
 
 
+@pytest.mark.slow
 def test_crank_error_in_both_discs_of_the_rv40e_leaves_order_eighty(whole_rv40e):
     alone, both = (whole_rv40e.spectrum(AsBuilt(eccentric_shift=one_crank(3.0 * UM, n))) for n in (1, 2))
     assert int(np.argmax(alone.energy)) == 40

@@ -144,6 +144,7 @@ def test_gaps_agree_with_a_forty_digit_foot_point(kind):
                 assert found.gap[i, j, k] == pytest.approx(exact, abs=1e-11)
 
 
+@pytest.mark.slow
 @given(
     st.integers(6, 30),
     st.floats(0.2, 3.0),

@@ -123,6 +123,7 @@ def test_any_reducer_finds_its_equilibrium(pins, K1, discs, cranks):
     assert np.all(np.any(state.force > 0.0, axis=-1))
 
 
+@pytest.mark.slow
 def test_unreachable_tolerance_is_reported_at_every_pose(rv40e, rated_torque):
     state = solved(rv40e, rated_torque, *GROUND, tolerance=0.0)
     assert state.statuses == (Status.NOT_CONVERGED,) * 4

@@ -88,6 +88,7 @@ def assert_alike(found, expected):
     np.testing.assert_allclose(found.torsional_stiffness, expected.torsional_stiffness, rtol=1e-6)
 
 
+@pytest.mark.slow
 @settings(max_examples=12, deadline=None)
 @given(some=effects, share=st.sampled_from([1.0, -1.0, 0.03, -0.03]))
 def test_whatever_effects_a_reducer_has(drawn, some, share):

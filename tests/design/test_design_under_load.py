@@ -50,6 +50,7 @@ def test_sound_design_passes_every_check():
     assert record.failures == ()
 
 
+@pytest.mark.slow
 def test_too_little_clearance_for_the_wheel_radius_interferes():
     # Radial-moving alone, with the sign that leaves material: the pins overlap the disc at every pose.
     record = designed(equidistant=0.0, modification="radial_moving_um = -8.0")
@@ -106,6 +107,7 @@ def test_law_outside_its_range_is_told():
     assert "steel" in law.limit
 
 
+@pytest.mark.slow
 def test_compensated_load_can_be_chosen():
     full, half = (
         designed(modification=f"deformation_compensation = true\ncompensation_load_share = {share}")
@@ -121,6 +123,7 @@ def test_compensated_load_can_be_chosen():
     assert half.under_load.torque[0] == full.case.torque
 
 
+@pytest.mark.slow
 def test_whole_stage_can_find_the_deformation():
     record = designed(modification='deformation_compensation = true\ncompensation_solver = "stage"')
     alone = designed(modification="deformation_compensation = true")

@@ -276,6 +276,7 @@ def test_a_few_gross_errors_are_told_with_their_lobe() -> None:
     assert abs(int(told[1]) - (1.0 + 39.0 * 1000 / x.size)) < 1.0
 
 
+@pytest.mark.slow
 def test_loop_with_gross_errors_is_diagnosed_all_the_same() -> None:
     measured = good("loop")
     angle = measured["angle_arcmin"].copy()
@@ -287,6 +288,7 @@ def test_loop_with_gross_errors_is_diagnosed_all_the_same() -> None:
     assert any("2 gross errors of reading are left out" in note for note in found.notes)
 
 
+@pytest.mark.slow
 def test_loop_with_rows_twice_is_diagnosed_all_the_same() -> None:
     twice = rows(lambda n: np.sort(np.concatenate([np.arange(n), np.arange(0, n, 10)])))
     (effect,) = diagnose(reducer(), [twice(good("loop"))]).effects
@@ -370,6 +372,7 @@ HEALTHY = {
 FRICTION = (Hidden("coulomb_friction", {"torque_nm": 20.0}),)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.1, 0.3, 1.0, 1.5])
 @pytest.mark.parametrize("effects", HEALTHY)
 def test_healthy_loop_is_never_refused(effects: str, share: float) -> None:
@@ -378,6 +381,7 @@ def test_healthy_loop_is_never_refused(effects: str, share: float) -> None:
         screen(reducer(), parse_measurement(text, "good.csv"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("torque", [0.03 * RATED, RATED])
 @pytest.mark.parametrize("effects", HEALTHY)
 def test_healthy_turn_is_never_refused(effects: str, torque: float) -> None:

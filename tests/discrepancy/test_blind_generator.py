@@ -146,6 +146,7 @@ def test_every_effect_of_the_contract_can_be_drawn():
     assert all(name.startswith("x_") for name in OUTSIDE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("one", FLANKS, ids=label)
 def test_scans_are_within_five_nanometres_of_the_rig(one, distance):
     # A file holds seven digits: 0.03 nm. A tooth that is moved as a whole is really moved here, and the rig removes
@@ -155,6 +156,7 @@ def test_scans_are_within_five_nanometres_of_the_rig(one, distance):
         assert distance(scan(DRAWING, [one], disc=disc, turn_deg=3.2), [one], disc) < limit
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "one", [None, *(one for one in AT_TOLERANCE if one.name in QUICK)], ids=lambda o: o and label(o)
 )
@@ -286,6 +288,7 @@ def test_only_what_shows_is_drawn():
         draw_case(0, files=("loop",), effects=1, names=("encoder_eccentricity",))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "shown"), [(n, k) for n, kind in KINDS.items() for k in ("loop", "te") if k in kind.shows]
 )

@@ -51,6 +51,7 @@ def test_equations_of_another_count_are_those_of_the_scan_laid_with_it(built):
         assert np.max(np.abs(further.R - there.R)) < 2e-3 * np.max(np.abs(there.R))
 
 
+@pytest.mark.slow
 def test_a_scan_counted_from_half_a_turn_off_is_counted_right_beside_the_named_oval(built):
     machine = DiscOval(amplitude_um=OVAL_UM, phase_deg=OVAL_DEG, disc=1).apply(built)
     scan = simulate(machine, "profile_scan", Settings(noise=0.3, seed=1, points=1560))

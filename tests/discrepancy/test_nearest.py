@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from cycloid_profile.design.ground import built_reducer
 from cycloid_profile.discrepancy.diagnosis import diagnose
 from cycloid_profile.discrepancy.told import told
@@ -15,6 +17,7 @@ from tests.discrepancy.blind import Reducer, spec_text
 LARGEST = 21.0
 
 
+@pytest.mark.slow
 def test_a_pitch_error_of_no_workshop_is_told_with_its_size_and_not_named():
     built = built_reducer(parse_spec(spec_text(Reducer())))
     amount = 1.6 * LARGEST

@@ -89,6 +89,7 @@ def test_what_tells_pins_apart_is_left_to_few_rows(drawn, library):
     assert of_other_parts(begun(model, library, ring)) == []
 
 
+@pytest.mark.slow
 def test_two_on_the_wrong_disc_give_way_to_one_on_the_right(drawn, library):
     """A bore of 2.6 µm was told as another bore and a crank's lead on the other disc, e¹¹ times less likely."""
     model = bench(drawn, CrankHoleError(amplitude_um=2.6, direction_deg=122.0, crank=3, disc=2).apply(drawn))

@@ -40,6 +40,7 @@ def test_splines_of_any_tooth_keep_their_tolerance_and_close(profile: ToothProfi
     assert abs(ends[1] - ends[0]) < 1e-12
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=25)
 @given(profile=profiles())
 def test_arcs_of_any_tooth_keep_their_tolerance_and_close(profile: ToothProfile) -> None:

@@ -99,6 +99,7 @@ def test_from_a_turn_with_like_pins_to_one_with_another_pin_and_back(built_with,
             np.testing.assert_allclose(a.value, b.value, rtol=0.0, atol=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("more", MORE, ids=lambda one: one["name"])
 def test_small_changes_are_those_about_every_pose(built_with, files, more, monkeypatch):
     built, after = built_with(*ROTOR), built_with(*ROTOR, more)

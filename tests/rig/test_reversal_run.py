@@ -31,6 +31,7 @@ def geometric(drawn) -> float:
     return float(np.mean(backlash_map(drawn, 240).value))
 
 
+@pytest.mark.slow
 def test_the_input_turns_as_the_article_says(run):
     # v(t) = 15000 sin(30 t) + 10890 °/s, which goes backwards between the roots of the sine at −0.726.
     A, omega, C = ARTICLE_SPEED
@@ -53,6 +54,7 @@ def test_every_reversal_shows_the_backlash(run, geometric):
     assert np.all(run.backlash > geometric)
 
 
+@pytest.mark.slow
 def test_a_lighter_brake_comes_nearer(drawn, run, geometric):
     # Above what the inertia needs, 0.8 % of the rated torque: below it the output runs on by itself.
     light = reversal_run(drawn, brake=0.015, duration=0.6)
@@ -65,6 +67,7 @@ def test_backlash_is_read_from_the_input(run):
     np.testing.assert_allclose(run.backlash, np.abs(after - at) / 121.0, rtol=1e-3, atol=1e-8)
 
 
+@pytest.mark.slow
 def test_an_unmodified_tooth_has_no_backlash(drawn):
     tooth = drawn.case.drive.theoretical_profile
     tight = reversal_run(as_drawn(replace(drawn.case, profile=tooth)), duration=0.6)
@@ -72,6 +75,7 @@ def test_an_unmodified_tooth_has_no_backlash(drawn):
     assert np.all(tight.backlash < 0.1 * ARCMIN)
 
 
+@pytest.mark.slow
 def test_compensation_takes_away_what_it_is_made_for(drawn, run):
     case = drawn.case
     compensated = reversal_run(as_drawn(replace(case, profile=compensate_by(case, DELTA).profile)), duration=0.6)

@@ -47,6 +47,7 @@ def written_and_read(measurement: Measurement) -> Measurement:
     return parse_measurement(format_measurement(measurement), "file.csv")
 
 
+@pytest.mark.slow
 @every_kind
 def test_what_is_put_in_is_found_again_to_the_noise(used, drawn, kind):
     # χ²/N of 1500 rows scatters by 3.7 %.
