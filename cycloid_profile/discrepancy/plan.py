@@ -17,6 +17,7 @@ from cycloid_profile.discrepancy.laid import Laid
 from cycloid_profile.discrepancy.noise import Noise
 from cycloid_profile.discrepancy.normal import Normal, Whitened, coordinates, normal
 from cycloid_profile.discrepancy.recording import Recording, hold_nothing_out, record
+from cycloid_profile.discrepancy.seen_on_exact import exact_size, shown
 from cycloid_profile.effects.built import Built
 from cycloid_profile.effects.effect import Place
 from cycloid_profile.errors import CycloidError
@@ -25,6 +26,7 @@ from cycloid_profile.rig.simulate import Settings, simulate
 SECOND_TEMPERATURE = "profile_scan at a second temperature"
 _FAMILIES = 30
 _TRIED = 0.25  # of the width of a coordinate
+_LITTLE = 0.05  # of it: below, linear equations do not err
 _TURNED = 0.1  # output angle of the loops [rad], where no pin stands in a root
 
 
@@ -76,16 +78,15 @@ def visibility(built: Built, tell: Callable[[str], None] = lambda _: None) -> li
     together = replace(
         parts[0], R=np.sum([part.R for part in parts], axis=0), b=np.sum([part.b for part in parts], axis=0)
     )
-    found = []
-    for name, equations in [*((d.name, p) for d, p in zip(DESIGNS, parts, strict=True)), ("all of these", together)]:
-        found += _visible(name, equations)
-    tell("what only shows to second order")
-    return [_to_second_order(built, library, row) if row.detectable == math.inf else row for row in found]
+    tables = [*((d.name, p) for d, p in zip(DESIGNS, parts, strict=True)), ("all of these", together)]
+    linear = [pair for name, equations in tables for pair in _visible(name, equations)]
+    tell("what shows at that size, and what only to second order")
+    return [_on_the_exact_model(built, library, row, candidate) for row, candidate in linear]
 
 
 def information(built: Built, design: Design, library: Sequence[Candidate]) -> Normal:
     """Normal equations of a measurement of the reducer as it is, without its noise."""
-    return normal([Whitened(Laid(_designed(built, design), built))], library)
+    return normal([Whitened(_laid(built, design))], library)
 
 
 def separating_measurement(
@@ -123,23 +124,24 @@ _TOO_CLOSE = math.sqrt(1.0 - ALIAS**2)
 
 
 @lru_cache(maxsize=16)
-def _designed(built: Built, design: Design) -> Recording:
+def _laid(built: Built, design: Design) -> Laid:
+    """A measurement of the reducer as it is, without its noise."""
     torque = None if design.torque_share is None else design.torque_share * abs(built.case.torque)
     settings = Settings(torque=torque, points=design.points, output_angle=_TURNED)
     measured = simulate(built, design.kind, settings)
     ready = hold_nothing_out(record(built, replace(measured, name=design.name)))
-    return replace(ready, noise=Noise(design.noise))
+    return Laid(replace(ready, noise=Noise(design.noise)), built)
 
 
-def _visible(name: str, equations: Normal) -> list[Visibility]:
-    best: dict[str, Visibility] = {}
+def _visible(name: str, equations: Normal) -> list[tuple[Visibility, Candidate]]:
+    """What linear equations say of each effect, at the place where it shows best."""
+    found = []
     shown = [i for i in range(len(equations.candidates)) if equations.R[2 * i, 2 * i] > 1e-6]
     count = places(equations.candidates)
     chosen: dict[str, tuple[float, int]] = {}
     for i, candidate in enumerate(equations.candidates):
         own = equations.R[2 * i : 2 * i + 2, 2 * i : 2 * i + 2]
         least = detectable(candidate, own, _FAMILIES * count[candidate.name])
-        # Of the places an effect can be at, the one where it shows best.
         if candidate.name not in chosen or least < chosen[candidate.name][0]:
             chosen[candidate.name] = (least, i)
     for least, i in chosen.values():
@@ -151,31 +153,44 @@ def _visible(name: str, equations: Normal) -> list[Visibility]:
                 if s < sine:
                     rival, sine = equations.candidates[j].name, s
         identifiable = least / sine if sine > _TOO_CLOSE else math.inf
-        best[candidate.name] = Visibility(candidate.name, name, candidate.size, least, identifiable, rival, sine)
-    return list(best.values())
+        row = Visibility(candidate.name, name, candidate.size, least, identifiable, rival, sine)
+        found.append((row, candidate))
+    return found
+
+
+def _on_the_exact_model(
+    built: Built, library: Sequence[Candidate], row: Visibility, candidate: Candidate
+) -> Visibility:
+    """The row with the size that shows as much on the exact model; none where no workshop makes as much."""
+    if row.detectable == math.inf:
+        return _to_second_order(built, library, row)
+    size = row.detectable
+    if size > candidate.implausible:
+        size = math.inf
+    elif candidate.angle is None and row.measurements != DESIGNS[0].name and size > _LITTLE * candidate.width:
+        needed = noncentrality(candidate.coordinates, _FAMILIES * places(library)[candidate.name])
+        size = exact_size(_measured(built, row), candidate, size, needed)
+    identifiable = row.identifiable * (size / row.detectable)
+    return replace(
+        row, detectable=size, identifiable=identifiable if identifiable < candidate.implausible else math.inf
+    )
+
+
+def _measured(built: Built, row: Visibility) -> list[Laid]:
+    """The measurements of a row."""
+    return [_laid(built, d) for d in DESIGNS if row.measurements in (d.name, "all of these")]
 
 
 def _to_second_order(built: Built, library: Sequence[Candidate], row: Visibility) -> Visibility:
     """The row of an effect that cancels to first order and shows with the square of its size (a ring off its axis)."""
     candidate = next(c for c in library if c.name == row.effect)
-    designs = [d for d in DESIGNS if d.name == row.measurements or row.measurements == "all of these"]
-    effect = candidate.effect([_TRIED * candidate.width, 0.0])
-    if candidate.angle is None or effect is None or candidate.kind.place is not Place.RING:
+    tried = _TRIED * candidate.width
+    if candidate.angle is None or candidate.kind.place is not Place.RING or candidate.effect([tried, 0.0]) is None:
         return row
-    after = effect.apply(built)
-    shown = 0.0
-    for design in designs:
-        if design.kind == "profile_scan":
-            continue
-        recording = _designed(built, design)
-        changed = Laid(recording, after).residual - Laid(recording, built).residual
-        block = Whitened(Laid(recording, built))
-        z = block.white(np.nan_to_num(changed))
-        shown += float(block.product(z, z))
-    if shown < 1.0:
+    squares = shown([m for m in _measured(built, row) if m.recording.kind != "profile_scan"], candidate, tried)
+    if squares < 1.0:
         return row
-    needed = noncentrality(candidate.coordinates, _FAMILIES)
-    size = _TRIED * candidate.width * (needed / shown) ** 0.25
+    size = tried * (noncentrality(candidate.coordinates, _FAMILIES) / squares) ** 0.25
     return replace(row, detectable=size, identifiable=size, rival="", sine=1.0)
 
 
