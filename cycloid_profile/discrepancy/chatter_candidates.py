@@ -27,17 +27,19 @@ _BESIDE = 4  # other effects that a wave is tried beside
 
 
 def standing_out(model: ExactModel, best: Optimum | None = None) -> list[Candidate]:
-    """Chatter that stands out of the spectrum of any scan beside the ``best`` set; on discs that were not scanned what
-    explains most of what the turns of a bench leave.
+    """Chatter that stands out of the spectrum of any scan beside the ``best`` set, on its disc and on all; on discs
+    that were not scanned what explains most of what the turns of a bench leave.
     """
     state, members = (model.nothing, ()) if best is None else (model.at(best), best.members)
     known = [c.choice["waves_per_turn"] for c in members if c.name == "grinding_chatter"]
-    found = []
+    # Whether the other discs have what a scan shows, other files tell.
+    turns, found = not (model.only_scans or model.only_loops), list[Candidate]()
     for block in state.blocks:
         if block.laid.recording.kind == "profile_scan":
             waves = chatter_peaks(block, _left(block, members))
-            disc = block.laid.recording.disc + 1
-            found += [chatter(n, disc) for n in waves if all(abs(n - other) > 1.0 for other in known)]
+            discs = (block.laid.recording.disc + 1, None) if turns else (block.laid.recording.disc + 1,)
+            fresh = [n for n in waves if all(abs(n - other) > 1.0 for other in known)]
+            found += [chatter(n, disc) for n in fresh for disc in discs]
     return found if known else [*found, *_under_pins(model, state, members)]
 
 
@@ -80,8 +82,9 @@ def with_waves_beside_others(
 
 def _unscanned_wave(model: ExactModel, member: Candidate) -> bool:
     """Whether a member is chatter that no scan shows."""
-    disc = member.choice.get("disc")
-    return member.name == "grinding_chatter" and (disc is None or disc in unscanned(model.nothing.blocks))
+    disc, hidden = member.choice.get("disc"), unscanned(model.nothing.blocks)
+    shown = len(hidden) < model.built.discs if disc is None else disc not in hidden
+    return member.name == "grinding_chatter" and not shown
 
 
 def with_waves_anew(model: ExactModel, library: Library, best: Optimum) -> tuple[Library, list[Start]]:
@@ -125,10 +128,10 @@ def _without(model: ExactModel, best: Optimum, i: int) -> tuple[list[Candidate],
 
 
 def _beside(state: State, others: Sequence[Candidate], waves: float, disc: int | None) -> float:
-    """Number of waves near ``waves`` that fits best beside others: on the scan of that disc, or under the pins."""
+    """Number of waves near ``waves`` that fits best beside others: on a scan that shows it, or under the pins."""
     for block in state.blocks:
         recording = block.laid.recording
-        if recording.kind == "profile_scan" and recording.disc + 1 == disc:
+        if recording.kind == "profile_scan" and disc in (None, recording.disc + 1):
             return peak_near(block, waves, _left(block, others))
     return WavesUnderPins(state.blocks, others, disc).near(waves) if unscanned(state.blocks) else waves
 

@@ -94,7 +94,8 @@ def led_by_scans(
     """The likeliest set that begins with what the scans show alone, with at most one effect more, and the model with
     its lobes counted as that set has them; None where the scans or the other files show nothing.
 
-    Fitted on so few rows that a ``gain`` in chi² shows.
+    Fitted on so few rows that a ``gain`` in chi² shows; the count of lobes is judged on as many as show what the other
+    files gain, which may be much less.
     """
     scans, others = model.scans_alone(), model.without_scans()
     if not scans.recordings or not others.recordings:
@@ -103,7 +104,7 @@ def led_by_scans(
     shown = _shown(scans, library)
     if shown.log_evidence < _LEAST_EVIDENCE:
         return model, None
-    bench = _Bench(fewest(others, gain), scans, library, shown)
+    bench = _Bench(fewest(others, _gain(others, library)), scans, library, shown)
     rough = [bench.roughly(one) for one in _hypotheses(model, library, shown)]
     judged = [bench.exactly(one.hypothesis) for one in _best(rough)[:_LOOKED_AT]]
     found, leading = model, None
@@ -115,6 +116,12 @@ def led_by_scans(
         if optimum is not None and (leading is None or optimum.log_evidence > leading.log_evidence):
             found, leading = counted, optimum
     return found, leading
+
+
+def _gain(model: ExactModel, library: Library) -> float:
+    """Of chi², by the best set of linear equations about no effect."""
+    found = search(normal(model.nothing.blocks, library.candidates), library.priors)
+    return 2.0 * max((one.log_evidence for one in found[:1]), default=0.0)
 
 
 def _best(judged: list[_Judged | None]) -> list[_Judged]:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from cycloid_profile.design.ground import built_reducer
+from cycloid_profile.discrepancy.chatter_candidates import standing_out
 from cycloid_profile.discrepancy.chatter_waves import (
     chatter_peaks,
     chatter_spectrum,
@@ -15,13 +16,13 @@ from cycloid_profile.discrepancy.chatter_waves import (
     power_one_by_one,
 )
 from cycloid_profile.discrepancy.diagnosis import diagnose
+from cycloid_profile.discrepancy.exact import ExactModel
 from cycloid_profile.discrepancy.laid import Laid
 from cycloid_profile.discrepancy.normal import Whitened
 from cycloid_profile.discrepancy.recording import record
 from cycloid_profile.measurement.files import parse_measurement
 from cycloid_profile.spec.read import parse_spec
-from tests.discrepancy.blind import Hidden, Noise, Reducer, spec_text
-from tests.discrepancy.blind.scan import scan
+from tests.discrepancy.blind import Hidden, Noise, Reducer, scan, spec_text, transmission_error
 
 WAVE = Hidden("grinding_chatter", {"amplitude_um": 0.2, "waves_per_turn": 493.3, "phase_deg": 30.0})
 
@@ -60,3 +61,15 @@ def test_waves_are_counted_anew_beside_a_larger_effect():
     assert set(told) == {"grinding_chatter", "generating_eccentricity_error"}
     assert told["grinding_chatter"].parameters["waves_per_turn"] == pytest.approx(242.44, abs=0.03)
     assert found.remainder is None
+
+
+@pytest.mark.parametrize(("turns", "discs"), [(False, [1]), (True, [1, None])])
+def test_where_turns_are_measured_too_all_discs_may_have_what_a_scan_shows(turns, discs):
+    built = built_reducer(parse_spec(spec_text(Reducer())))
+    files = [parse_measurement(scan(Reducer(), [WAVE], noise=Noise(0.3), seed=7), "scan.csv")]
+    if turns:
+        text = transmission_error(Reducer(), torque_nm=412.0, rows=400, noise=Noise(0.15), seed=6)
+        files.append(parse_measurement(text, "turn.csv"))
+    first = standing_out(ExactModel(built, [record(built, one) for one in files]))[: len(discs)]
+    assert [one.choice.get("disc") for one in first] == discs
+    assert all(one.choice["waves_per_turn"] == pytest.approx(493.3, abs=0.1) for one in first)
