@@ -67,10 +67,9 @@ def save(figure: Figure, folder: Path, name: str) -> tuple[Path, Path]:
     with style(), warnings.catch_warnings():
         # A name in another script shows as boxes in the PNG only; the SVG and the report keep its letters.
         warnings.filterwarnings("ignore", message="Glyph .* missing from font")
-        _save_png(figure, png)
-        # Both are laid out alike, and once: that takes as long as drawing.
-        figure.set_layout_engine("none")
-        figure.savefig(svg, metadata={"Date": None, "Creator": None})
+        with _laid_out(figure):
+            _save_png(figure, png)
+            figure.savefig(svg, metadata={"Date": None, "Creator": None})
     return png, svg
 
 
@@ -78,7 +77,22 @@ def save_png(figure: Figure, path: Path) -> None:
     """Write one PNG; the same figure gives the same bytes."""
     with style(), warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph .* missing from font")
-        _save_png(figure, path, 256)
+        with _laid_out(figure):
+            _save_png(figure, path, 256)
+
+
+@contextmanager
+def _laid_out(figure: Figure) -> Iterator[None]:
+    """Place the axes once for all files: a figure that still has a layout engine is drawn twice for each of them."""
+    import matplotlib as mpl
+
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        figure.set_dpi(_PIXELS_PER_INCH)
+        engine.execute(figure)
+    with mpl.rc_context({"figure.constrained_layout.use": False}):
+        figure.set_layout_engine(None)
+        yield
 
 
 def _save_png(figure: Figure, path: Path, colours: int = _PNG_COLOURS) -> None:
