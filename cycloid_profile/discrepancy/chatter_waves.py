@@ -63,7 +63,7 @@ def power_one_by_one(block: Whitened, grid: FloatArray, z: FloatArray) -> FloatA
         w = block.white(wave)
         along[k], across[k], length[k] = z @ w, np.sum(w * w), np.sum(np.abs(w) ** 2)
         wave = wave * step
-    return _power(along, across, length, z.size)
+    return fall_of_chi2(along, across, length, z.size)
 
 
 def power_in_white_noise(block: Whitened, grid: FloatArray, z: FloatArray) -> FloatArray:
@@ -75,10 +75,10 @@ def power_in_white_noise(block: Whitened, grid: FloatArray, z: FloatArray) -> Fl
     apart = np.stack([block.laid.waves(first + step * k)[block.chosen] for k in blocks])
     along = ((apart * z) @ within).ravel()[: grid.size] / sigma
     across = ((apart * apart) @ (within * within)).ravel()[: grid.size] / sigma**2
-    return _power(along, across, np.full(grid.size, z.size / sigma**2), z.size)
+    return fall_of_chi2(along, across, np.full(grid.size, z.size / sigma**2), z.size)
 
 
-def _power(along: ComplexArray, across: ComplexArray, length: FloatArray, rows: int) -> FloatArray:
+def fall_of_chi2(along: ComplexArray, across: ComplexArray, length: FloatArray, rows: int) -> FloatArray:
     """Fall of chi² by cosine and sine together, from sums of z times a wave, of its square and of its square's size."""
     fall, det = cosine_and_sine(along, across, length)
     power: FloatArray = fall / np.maximum(det, 1e-9 * rows * rows)

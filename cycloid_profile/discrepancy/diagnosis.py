@@ -24,6 +24,7 @@ from cycloid_profile.discrepancy.recording import Recording, hold_all_out, hold_
 from cycloid_profile.discrepancy.repeats import with_noise_of_repeats
 from cycloid_profile.discrepancy.rivals import elsewhere_told, named_effects, turned_round
 from cycloid_profile.discrepancy.screening import screen
+from cycloid_profile.discrepancy.seam import seams_told
 from cycloid_profile.effects.built import Built
 from cycloid_profile.measurement.files import Measurement, scanned_disc
 
@@ -167,6 +168,7 @@ def _answer(account: _Account, files: _Files, not_seen: NotSeen, tell: Callable[
     """The names where they stand, else what is unknown and where."""
     looked, best = account.looked, account.found.best
     built, notes = looked.model.built, files.notes
+    notes += seams_told(files.recordings, looked.everything.recordings, built.case.drive.trochoid.lobes)
     effects: tuple[NamedEffect, ...] = ()
     if _stands(account):
         effects = named_effects(account.found, looked.everything, account.final, tell)

@@ -76,6 +76,11 @@ class ExactModel:
         """The same reducer beside other recordings."""
         return ExactModel(self.built, recordings, self.probes, laid)
 
+    def with_laid(self, laid: Sequence[Laid]) -> ExactModel:
+        """The same rows of the same files with their lobes counted otherwise."""
+        recordings = [replace(one.recording, held_out=r.held_out) for one, r in zip(laid, self.recordings, strict=True)]
+        return self.with_recordings(recordings, laid)
+
     def without_scans(self) -> ExactModel:
         """The same reducer beside the other files alone."""
         return self._with_some([one for one in self.nothing.laid if one.recording.kind != "profile_scan"])

@@ -57,21 +57,31 @@ def recounted(model: ExactModel, near: ExactModel, library: Library, best: Optim
 
 def counted_by(model: ExactModel, lobes: int) -> ExactModel:
     """The model with the lobes of all its scans counted so many further, where one is like another."""
-    teeth = model.built.teeth
-    open_ = [r.kind == "profile_scan" and teeth[r.disc].lobes_alike for r in model.recordings]
-    return _with_counts(model, [lobes if one else 0 for one in open_]) if lobes else model
+    return (
+        _with_counts(model, [lobes if is_countable(model.built, r) else 0 for r in model.recordings])
+        if lobes
+        else model
+    )
+
+
+def is_countable(built: Built, recording: Recording) -> bool:
+    """Whether any lobe of a file may be the first: of a scan of lobes alike that nothing has told."""
+    return recording.kind == "profile_scan" and built.teeth[recording.disc].lobes_alike and not recording.lobes_counted
+
+
+def begun_at(one: Laid, lobe: int, probes: Probes) -> Laid:
+    """The scan with its lobes counted from ``lobe`` on, counted from 0 as it has them, for good."""
+    counted = _counted(one, lobe, probes)
+    return counted.under(replace(counted.recording, lobes_counted=True))
 
 
 def _with_counts(model: ExactModel, counts: Sequence[int]) -> ExactModel:
-    changed = [_counted(one, n, model.probes) for one, n in zip(model.nothing.laid, counts, strict=True)]
-    recordings = [replace(one.recording, held_out=r.held_out) for one, r in zip(changed, model.recordings, strict=True)]
-    return model.with_recordings(recordings, changed)
+    return model.with_laid([_counted(one, n, model.probes) for one, n in zip(model.nothing.laid, counts, strict=True)])
 
 
 def _countable(built: Built, laid: Sequence[Laid]) -> bool:
     """Whether there is a scan of lobes alike, and another file that its count must agree with."""
-    scans = [one for one in laid if one.recording.kind == "profile_scan"]
-    return len(laid) > 1 and any(built.teeth[one.recording.disc].lobes_alike for one in scans)
+    return len(laid) > 1 and any(is_countable(built, one.recording) for one in laid)
 
 
 def _counted(one: Laid, lobes: int, probes: Probes) -> Laid:
@@ -86,9 +96,10 @@ def _counts(
     """By how many lobes each recording counts further than those before it; scans come last."""
     counts = [0] * len(laid)
     so_far: Normal | None = None
-    for i in sorted(range(len(equations)), key=lambda i: laid[i].recording.kind == "profile_scan"):
-        recording, own = laid[i].recording, equations[i]
-        if so_far is not None and recording.kind == "profile_scan" and built.teeth[recording.disc].lobes_alike:
+    told = [not is_countable(built, one.recording) for one in laid]
+    for i in sorted(range(len(equations)), key=lambda i: (laid[i].recording.kind == "profile_scan", not told[i])):
+        own = equations[i]
+        if so_far is not None and not told[i]:
             counts[i], own = _best_count(so_far, own, built.case.drive.trochoid.lobes, priors, members)
         so_far = own if so_far is None else so_far.plus(own)
     return counts

@@ -26,6 +26,8 @@ from cycloid_profile.discrepancy.missed_pairs import may_hide_a_pair, missed_pai
 from cycloid_profile.discrepancy.normal import Normal
 from cycloid_profile.discrepancy.optimum import Optimum
 from cycloid_profile.discrepancy.recounting import counted_anew
+from cycloid_profile.discrepancy.scans_first import counted_as_scans_show
+from cycloid_profile.discrepancy.seam import counted_from_seams
 from cycloid_profile.discrepancy.thinning import fewest
 
 _RESCORINGS = 8  # sets that one climb on all rows rescores at most
@@ -60,6 +62,7 @@ def named(
     ``thorough``: every place of an effect is tried by itself, and the neighbours of each best set whether it seems to
     leave anything or not.
     """
+    model = counted_as_scans_show(model, candidates)
     frequencies = max((r.rows.size for r in model.recordings if r.kind != "hysteresis"), default=2)
     library = Library((*candidates, *standing_out(model)), frequencies)
     begun = named_on_few_rows(model, library, tell, thorough)
@@ -86,6 +89,9 @@ def named(
     best = waved
     for other in (partial(with_waves_beside_others, lead=begun.lead), with_waves_anew):
         climb, best = _tried(climb, other, best)
+    counted = counted_from_seams(model, best)
+    if counted is not model:
+        return named(counted, candidates, tell, thorough)
     library = with_waves_elsewhere(model, climb.library, best)
     return Named(best, model, library, about(model, library, best), tuple(climb.ranked))
 

@@ -44,7 +44,8 @@ class Recording:
 
     ``rows`` of the file that are used, in the order along the disc, the angle or the loop; ``held_out``, shape of
     ``rows``, true where they are kept for the check; ``disc`` scanned, counted from 0, and where it was first
-    ``placed``; of a curve what was first ``predicted``; ``notes``, sentences about the data.
+    ``placed``, and whether its lobes are ``lobes_counted`` from the first one the effects know, which no scan of lobes
+    alike tells by itself; of a curve what was first ``predicted``; ``notes``, sentences about the data.
     """
 
     measurement: Measurement
@@ -55,6 +56,7 @@ class Recording:
     notes: tuple[str, ...] = ()
     placed: PlacedScan | None = None
     predicted: CurvePrediction | None = None
+    lobes_counted: bool = False
 
     @property
     def kind(self) -> str:

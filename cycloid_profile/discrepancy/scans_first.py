@@ -7,7 +7,7 @@ order.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -15,13 +15,15 @@ import numpy as np
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.discrepancy.candidates import Candidate
+from cycloid_profile.discrepancy.chatter_candidates import standing_out
 from cycloid_profile.discrepancy.climbing import Climb
 from cycloid_profile.discrepancy.evidence import Scored, estimate, search, with_one_more
 from cycloid_profile.discrepancy.exact import ExactModel, State
 from cycloid_profile.discrepancy.library import Library
-from cycloid_profile.discrepancy.lobes import counted_by, moved, rotation
+from cycloid_profile.discrepancy.lobes import counted_by, is_countable, moved, rotation
 from cycloid_profile.discrepancy.normal import Normal, normal
 from cycloid_profile.discrepancy.optimum import Attempt, Optimum
+from cycloid_profile.discrepancy.seam import counted_from_seams
 from cycloid_profile.discrepancy.thinning import fewest
 
 _RESCORINGS, _ROUNDS = 12, 3
@@ -88,6 +90,21 @@ class _Bench:
         return replace(self._flat, b=b, chi2=chi2)
 
 
+def counted_as_scans_show(model: ExactModel, candidates: Sequence[Candidate]) -> ExactModel:
+    """The model with its lobes counted from where waves begin that its scans show alone."""
+    scans = model.scans_alone()
+    waves = standing_out(scans) if scans.recordings else []
+    if not waves:
+        return model
+    shown = _shown(scans, Library((*candidates, *waves), max(r.rows.size for r in scans.recordings)))
+    counted = counted_from_seams(scans, shown)
+    if counted is scans:
+        return model
+    begun = iter(counted.nothing.laid)
+    laid = [next(begun) if one.recording.kind == "profile_scan" else one for one in model.nothing.laid]
+    return model.with_laid(laid)
+
+
 def led_by_scans(
     model: ExactModel, library: Library, gain: float, tell: Callable[[str], None]
 ) -> tuple[ExactModel, Optimum | None]:
@@ -138,8 +155,8 @@ def _shown(scans: ExactModel, library: Library) -> Optimum:
 def _hypotheses(model: ExactModel, library: Library, shown: Optimum) -> Iterator[_Hypothesis]:
     """The set on every disc or all where the scans show it alike, each with every count of lobes that differs."""
     lobes = model.built.case.drive.trochoid.lobes
-    alike = all(model.built.teeth[r.disc].lobes_alike for r in model.recordings if r.kind == "profile_scan")
-    counts = range(lobes) if alike and any(_counts_lobes(member, lobes) for member in shown.members) else range(1)
+    open_ = all(is_countable(model.built, r) for r in model.recordings if r.kind == "profile_scan")
+    counts = range(lobes) if open_ and any(_counts_lobes(member, lobes) for member in shown.members) else range(1)
     for count in counts:
         u, choices = shown.u.copy(), []
         for i, member in enumerate(shown.members):

@@ -16,27 +16,27 @@ from cycloid_profile.discrepancy.laid import Laid
 from cycloid_profile.discrepancy.normal import Whitened
 from cycloid_profile.errors import CycloidError
 
-_ENOUGH = 0.8  # of what is needed: as near as the linear size may be
+NEARLY = 0.8  # of what is needed: as near as the linear size may be
 _ROUNDS, _LEAST, _MOST = 12, 1.1, 2.0  # of the search, and how many times larger it tries
 
 
-def exact_size(laid: Sequence[Laid], candidate: Candidate, size: float, needed: float) -> float:
-    """The first size from ``size`` on that shows ``needed``, a noncentrality, in recordings ``laid`` on a reducer;
-    infinite where no workshop makes as much. In the unit of the coordinate, as ``size``.
+def exact_size(laid: Sequence[Laid], candidate: Candidate, size: float, needed: float, enough: float = NEARLY) -> float:
+    """The first size from ``size`` on that shows ``enough`` of what is ``needed``, a noncentrality, in recordings
+    ``laid`` on a reducer; infinite where no workshop makes as much. In the unit of the coordinate, as ``size``.
 
     Of an amount of either sign the larger of the two, if both show at all.
     """
     signs = (1.0,) if candidate.one_sided or candidate.angle is not None else (1.0, -1.0)
-    sizes = [_from(laid, candidate, size, sign, needed) for sign in signs]
+    sizes = [_from(laid, candidate, size, sign, needed, enough) for sign in signs]
     return max((one for one in sizes if one < math.inf), default=math.inf)
 
 
-def _from(laid: Sequence[Laid], candidate: Candidate, size: float, sign: float, needed: float) -> float:
+def _from(laid: Sequence[Laid], candidate: Candidate, size: float, sign: float, needed: float, enough: float) -> float:
     for _ in range(_ROUNDS):
         if size > candidate.implausible:
             break
         squares = shown(laid, candidate, sign * size)
-        if squares >= _ENOUGH * needed:
+        if squares >= enough * needed:
             return size
         size *= float(np.clip(math.sqrt(needed / max(squares, 1e-9)), _LEAST, _MOST))
     return math.inf

@@ -12,13 +12,15 @@ from functools import lru_cache
 
 import numpy as np
 
+from cycloid_profile.arrays import FloatArray
 from cycloid_profile.design.ground import built_reducer
 from cycloid_profile.discrepancy.candidates import Candidate, candidates
-from cycloid_profile.discrepancy.detectable import detectable
+from cycloid_profile.discrepancy.detectable import detectable, noncentrality
 from cycloid_profile.discrepancy.detection import FALSE_ALARM, detect
 from cycloid_profile.discrepancy.exact import ExactModel
 from cycloid_profile.discrepancy.normal import Normal, normal
 from cycloid_profile.discrepancy.recording import hold_nothing_out, record
+from cycloid_profile.discrepancy.seen_on_exact import exact_size
 from cycloid_profile.effects.built import Built
 from cycloid_profile.measurement.files import parse_measurement
 from cycloid_profile.spec.read import parse_spec
@@ -56,6 +58,14 @@ def found(asked: tuple[str, Candidate, float, int]) -> bool:
     return detect(model.nothing.blocks, equations).significant
 
 
+def _size(model: ExactModel, candidate: Candidate, R: FloatArray, looks: int, power: float) -> float:
+    """Size that is found with ``power`` among so many looks: of a bench on the exact model, if it is much of a size."""
+    size = detectable(candidate, R, looks, power)
+    if model.only_scans or not size < candidate.implausible:
+        return size
+    return exact_size(model.nothing.laid, candidate, size, noncentrality(candidate.coordinates, looks, power), 1.0)
+
+
 def table(file: str, runs: int, workers: int, power: float = POWER) -> list[str]:
     """Rows of the table for one file: sizes that should be found with ``power``, and how often they are."""
     equations, model = equations_of(file, [], 1)
@@ -66,8 +76,7 @@ def table(file: str, runs: int, workers: int, power: float = POWER) -> list[str]
             continue
         places = sum(c.name == candidate.name for c in equations.candidates)
         R = equations.R[2 * i : 2 * i + 2, 2 * i : 2 * i + 2]
-        least = detectable(candidate, R, 1, power)
-        ours = detectable(candidate, R, families * places, power)
+        least, ours = (_size(model, candidate, R, looks, power) for looks in (1, families * places))
         if np.isfinite(ours) and ours < 3.0 * candidate.width and not candidate.inverse:
             chosen[candidate.name] = (candidate, least, ours)
     lines = []
