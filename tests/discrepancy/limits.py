@@ -20,7 +20,7 @@ from cycloid_profile.discrepancy.detection import FALSE_ALARM, detect
 from cycloid_profile.discrepancy.exact import ExactModel
 from cycloid_profile.discrepancy.normal import Normal, normal
 from cycloid_profile.discrepancy.recording import hold_nothing_out, record
-from cycloid_profile.discrepancy.seen_on_exact import exact_size
+from cycloid_profile.discrepancy.seen_on_exact import exact_size, shown
 from cycloid_profile.effects.built import Built
 from cycloid_profile.measurement.files import parse_measurement
 from cycloid_profile.spec.read import parse_spec
@@ -66,6 +66,11 @@ def _size(model: ExactModel, candidate: Candidate, R: FloatArray, looks: int, po
     return exact_size(model.nothing.laid, candidate, size, noncentrality(candidate.coordinates, looks, power), 1.0)
 
 
+def _shows(model: ExactModel, candidate: Candidate, size: float) -> bool:
+    """Whether an amount shows as it is, not only with the other sign; equations of a scan know none."""
+    return model.only_scans or shown(model.nothing.laid, candidate, size) > 1.0
+
+
 def table(file: str, runs: int, workers: int, power: float = POWER) -> list[str]:
     """Rows of the table for one file: sizes that should be found with ``power``, and how often they are."""
     equations, model = equations_of(file, [], 1)
@@ -82,7 +87,8 @@ def table(file: str, runs: int, workers: int, power: float = POWER) -> list[str]
     lines = []
     with ProcessPoolExecutor(workers, initializer=one_core) as pool:
         for name, (candidate, least, ours) in chosen.items():
-            asked = [(file, candidate, ours, 7000 + k) for k in range(runs)]
+            hidden = ours if _shows(model, candidate, ours) else -ours
+            asked = [(file, candidate, hidden, 7000 + k) for k in range(runs)]
             hits = sum(pool.map(found, asked))
             row = (
                 f"`{name}`",
