@@ -14,15 +14,18 @@ from cycloid_profile.geometry.profile import ToothProfile
 from cycloid_profile.geometry.trochoid import Trochoid
 from cycloid_profile.spec.read import read_spec
 
-# One process a core: compiled code that takes all cores in each of them only waits.
-if "PYTEST_XDIST_WORKER" in os.environ:
-    os.environ.setdefault("NUMBA_NUM_THREADS", "1")
-
 # The suite must say the same twice: examples are drawn from a fixed seed. Hunt with
 # ``--hypothesis-profile=explore``, which draws new ones each time.
 settings.register_profile("repeatable", deadline=None, max_examples=25, derandomize=True)
 settings.register_profile("explore", deadline=None, max_examples=300)
 settings.load_profile("repeatable")
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_setupnodes() -> None:
+    """One process a core: code that takes all cores in each of them only waits."""
+    for threads in ("NUMBA_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+        os.environ.setdefault(threads, "1")
 
 
 @pytest.fixture(scope="session")

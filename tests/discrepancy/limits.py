@@ -67,8 +67,8 @@ def _size(model: ExactModel, candidate: Candidate, R: FloatArray, looks: int, po
 
 
 def _shows(model: ExactModel, candidate: Candidate, size: float) -> bool:
-    """Whether an amount shows as it is, not only with the other sign; equations of a scan know none."""
-    return model.only_scans or shown(model.nothing.laid, candidate, size) > 1.0
+    """Whether an amount shows as it is, by three deviations, not only with the other sign; a scan knows neither."""
+    return model.only_scans or shown(model.nothing.laid, candidate, size) > 9.0
 
 
 def table(file: str, runs: int, workers: int, power: float = POWER) -> list[str]:
