@@ -182,10 +182,8 @@ def places(library: Iterable[Candidate]) -> Counter[str]:
 
 
 def chatter(waves: float, disc: int | None) -> Candidate:
-    """Chatter of a number of waves a turn on a disc, counted from 1."""
-    return candidate_of(
-        EFFECTS["grinding_chatter"], {"waves_per_turn": waves} | ({} if disc is None else {"disc": disc})
-    )
+    """Chatter of a number of waves a turn on a disc, counted from 1, None for all."""
+    return candidate_of(EFFECTS["grinding_chatter"], {"waves_per_turn": waves, "disc": disc})
 
 
 def _choices(kind: type[Effect], built: Built, scanned: frozenset[int], curves: bool) -> Iterator[dict[str, Any]]:

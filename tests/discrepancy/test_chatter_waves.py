@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from cycloid_profile.design.ground import built_reducer
+from cycloid_profile.discrepancy.candidates import chatter
 from cycloid_profile.discrepancy.chatter_candidates import standing_out
 from cycloid_profile.discrepancy.chatter_waves import (
     chatter_peaks,
@@ -18,6 +19,7 @@ from cycloid_profile.discrepancy.chatter_waves import (
 from cycloid_profile.discrepancy.diagnosis import diagnose
 from cycloid_profile.discrepancy.exact import ExactModel
 from cycloid_profile.discrepancy.laid import Laid
+from cycloid_profile.discrepancy.library import Library
 from cycloid_profile.discrepancy.normal import Whitened
 from cycloid_profile.discrepancy.recording import record
 from cycloid_profile.measurement.files import parse_measurement
@@ -48,6 +50,16 @@ def test_a_wave_stands_out_of_the_spectrum(block):
     grid, power = chatter_spectrum(block)
     assert abs(grid[np.argmax(power)] - 493.3) < 0.5
     assert chatter_peaks(block)[0] == pytest.approx(493.3, abs=0.1)
+
+
+def test_waves_of_all_discs_are_a_choice_like_any_other():
+    """What a scan shows on one disc is looked up for all: left out, the share of the others went to a name of its
+    own, after a search of a minute.
+    """
+    own, all_discs = chatter(500.0, 1), chatter(500.0, None)
+    library = Library((own, all_discs), 2)
+    assert library.where(own.name, {**own.choice, "disc": None}) is all_discs
+    assert "disc" not in all_discs.parameters([1.0, 0.0])
 
 
 @pytest.mark.slow
