@@ -1,4 +1,4 @@
-"""Tables in docs/benchmarks.md, each between two marks that name it."""
+"""Tables in pages of docs, docs/benchmarks.md if not said otherwise, each between two marks that name it."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ def _processor() -> str:
     return named[1] if named else platform.processor() or platform.machine()
 
 
-def put(name: str, text: str) -> None:
+def put(name: str, text: str, path: Path = PAGE) -> None:
     """Print the text and write it between the marks of ``name``."""
     print(text)
     begin, end = f"<!-- {name} -->", f"<!-- end of {name} -->"
-    page = PAGE.read_text(encoding="utf-8")
+    page = path.read_text(encoding="utf-8")
     before, rest = page.split(begin)
     after = rest.split(end)[1]
-    PAGE.write_text(f"{before}{begin}\n{text}\n{end}{after}", encoding="utf-8")
+    path.write_text(f"{before}{begin}\n{text}\n{end}{after}", encoding="utf-8")
