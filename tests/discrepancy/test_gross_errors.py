@@ -59,6 +59,7 @@ def test_a_reading_error_is_seldom_taken_for_something_that_is_there():
     assert kept <= 5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("width", "verdict"), [(0.08, "unknown_effect"), (0.02, "agrees")])
 def test_a_pit_of_two_points_is_told_one_between_two_points_is_not(width, verdict):
     """39 lobes with 5,000 points: one every 0.05 rad."""

@@ -42,6 +42,7 @@ def value_of(curve: NormalDeviation, along: np.ndarray) -> np.ndarray:
     return curve.jet(along, np.ones_like(along), drawn().teeth[0].trochoid).value
 
 
+@pytest.mark.slow
 def test_noise_leaves_no_remainder() -> None:
     for seed in range(20):
         noise = NOISE * UM * np.random.default_rng(seed).normal(size=ALONG.size)

@@ -63,6 +63,7 @@ def test_waves_are_told_from_the_lobe_they_begin_at(lobes_on):
     assert [f"lobe {lobes_on + 1} as the file counts" in note for note in told] == ([True] if lobes_on else [])
 
 
+@pytest.mark.slow
 def test_what_else_a_scan_shows_is_counted_from_there_too():
     low = Hidden("single_tooth_error", {"amount_um": 2.0, "lobe": 9, "disc": 1})
     found = {e.candidate.name: e.parameters for e in diagnose(BUILT, [scanned([UNEVEN, low], 25)]).effects}

@@ -55,6 +55,7 @@ def test_a_pair_of_which_neither_leads_is_among_the_first(drawn):
     assert {"cumulative_pitch_error": {"disc": 1}, "crank_phase_error": {"crank": 2, "disc": 2}} in told
 
 
+@pytest.mark.slow
 def test_what_cancels_to_first_order_is_sought_beside_what_does_not(drawn):
     """A pin ring off its axis turns the output with the square of its size; alone it explains half of the gap."""
     model = bench(drawn, PinRingRunout(3.2, phase_deg=108.0), EncoderEccentricity(6.0, phase_deg=279.0))

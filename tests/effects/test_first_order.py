@@ -211,6 +211,7 @@ def test_what_is_left_is_of_second_order(built_with, case, name):
         assert np.polyfit(np.log(amounts), np.log(errors), 1)[0] == pytest.approx(2.0, abs=0.1)
 
 
+@pytest.mark.slow
 @settings(max_examples=10)
 @given(st.permutations(range(len(GEOMETRIC))), cranks)
 def test_effects_add_up_in_any_order(built_with, case, order, crank):
