@@ -37,7 +37,7 @@ _RC: dict[Any, Any] = {
     "path.simplify_threshold": 0.05,
 }
 _PIXELS_PER_INCH = 110
-_PNG_COLOURS = 96
+_PNG_COLOURS = 256
 
 
 def plain(text: str) -> str:
@@ -78,7 +78,7 @@ def save_png(figure: Figure, path: Path) -> None:
     with style(), warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph .* missing from font")
         with _laid_out(figure):
-            _save_png(figure, path, 256)
+            _save_png(figure, path)
 
 
 @contextmanager
@@ -95,14 +95,19 @@ def _laid_out(figure: Figure) -> Iterator[None]:
         yield
 
 
-def _save_png(figure: Figure, path: Path, colours: int = _PNG_COLOURS) -> None:
-    """A palette image, a third of the size of a full-colour one."""
+def _save_png(figure: Figure, path: Path) -> None:
+    """A palette image, a third of the size of a full-colour one.
+
+    The palette covers all colours there are, not the frequent ones best: the ends of a colour map are rare, and what
+    stands out most.
+    """
     from PIL import Image
 
     buffer = BytesIO()
     figure.savefig(buffer, format="png", dpi=_PIXELS_PER_INCH)
     image = Image.open(buffer).convert("RGB")
-    image.quantize(colors=colours, dither=Image.Dither.NONE).save(path, optimize=True)
+    palette = image.quantize(_PNG_COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+    palette.save(path, optimize=True)
 
 
 def phase_axis(ax: Axes, low: int = -180, high: int = 180) -> None:

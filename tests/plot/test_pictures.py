@@ -11,8 +11,9 @@ import pytest
 from cycloid_profile.catalog.drives import catalog_drive
 from cycloid_profile.design.record import DesignRecord, design_disc
 from cycloid_profile.plot.comparison import normal_removal
+from cycloid_profile.plot.disc_map import unrolled
 from cycloid_profile.plot.gallery import PICTURES, Picture
-from cycloid_profile.plot.style import save
+from cycloid_profile.plot.style import new_figure, save, save_png
 from cycloid_profile.spec.read import parse_spec
 from tests.spec_texts import PLAIN
 
@@ -59,6 +60,25 @@ def test_the_same_record_gives_the_same_bytes(rv40e_record: DesignRecord, tmp_pa
         files = save(PICTURES[1].draw(rv40e_record), tmp_path / turn, "picture")
         pictures.append([file.read_bytes() for file in files])
     assert pictures[0] == pictures[1]
+
+
+def test_the_rare_ends_of_a_colour_map_keep_their_colours(tmp_path: Path) -> None:
+    """One cell in a thousand far below zero was drawn in the dark brown that is far above: the palette had no blue."""
+    from io import BytesIO
+
+    from PIL import Image
+
+    figure = new_figure(11.0, 10.0)
+    values = 0.2 * np.random.default_rng(1).normal(size=(39, 24))
+    values[8, ::7], values[30, 3] = -2.4, 2.4
+    ax = figure.subplots()
+    figure.colorbar(unrolled(ax, values, 2.5, 180.0), ax=ax)
+    save_png(figure, tmp_path / "map.png")
+    drawn = np.asarray(Image.open(BytesIO((tmp_path / "map.png").read_bytes())).convert("RGB"), dtype=int)
+    whole = BytesIO()
+    figure.savefig(whole, format="png", dpi=drawn.shape[1] / figure.get_figwidth())
+    true = np.asarray(Image.open(whole).convert("RGB"), dtype=int)
+    assert np.max(np.abs(drawn - true)) <= 24
 
 
 def test_comparison_shows_the_removal_of_each_step(rv40e_record: DesignRecord) -> None:
