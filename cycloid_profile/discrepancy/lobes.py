@@ -57,11 +57,9 @@ def recounted(model: ExactModel, near: ExactModel, library: Library, best: Optim
 
 def counted_by(model: ExactModel, lobes: int) -> ExactModel:
     """The model with the lobes of all its scans counted so many further, where one is like another."""
-    return (
-        _with_counts(model, [lobes if is_countable(model.built, r) else 0 for r in model.recordings])
-        if lobes
-        else model
-    )
+    if not lobes:
+        return model
+    return _with_counts(model, [lobes if is_countable(model.built, r) else 0 for r in model.recordings])
 
 
 def is_countable(built: Built, recording: Recording) -> bool:

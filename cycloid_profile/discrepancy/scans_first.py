@@ -92,17 +92,14 @@ class _Bench:
 
 def counted_as_scans_show(model: ExactModel, candidates: Sequence[Candidate]) -> ExactModel:
     """The model with its lobes counted from where waves begin that its scans show alone."""
+    if not any(is_countable(model.built, recording) for recording in model.recordings):
+        return model
     scans = model.scans_alone()
-    waves = standing_out(scans) if scans.recordings else []
+    waves = standing_out(scans)
     if not waves:
         return model
     shown = _shown(scans, Library((*candidates, *waves), max(r.rows.size for r in scans.recordings)))
-    counted = counted_from_seams(scans, shown)
-    if counted is scans:
-        return model
-    begun = iter(counted.nothing.laid)
-    laid = [next(begun) if one.recording.kind == "profile_scan" else one for one in model.nothing.laid]
-    return model.with_laid(laid)
+    return counted_from_seams(model, shown)
 
 
 def led_by_scans(

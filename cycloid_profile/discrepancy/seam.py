@@ -16,6 +16,7 @@ from cycloid_profile.discrepancy.optimum import Optimum
 from cycloid_profile.discrepancy.recording import Recording
 
 _REACH, _STEP = 1.5, 0.02  # waves: a jump in the middle of the scan parts a peak in two, one wave apart
+_CHATTER = "grinding_chatter"
 
 
 def seam(block: Whitened, z: FloatArray, waves: float) -> int | None:
@@ -35,11 +36,15 @@ def counted_from_seams(model: ExactModel, best: Optimum) -> ExactModel:
     """The model with the lobes of its scans counted from where the chatter of the ``best`` set begins; the same model
     where no scan tells.
     """
+    open_ = [is_countable(model.built, recording) for recording in model.recordings]
+    if not any(open_) or not any(member.name == _CHATTER for member in best.members):
+        return model
+    # Only scans are laid beside the set: nothing else shows a seam.
+    blocks = iter(model.scans_alone().at(best).blocks)
     laid, told = list(model.nothing.laid), False
-    for i, block in enumerate(model.at(best).blocks):
-        shown = _shown(best, block) if is_countable(model.built, laid[i].recording) else []
-        waves = best.members[shown[0]].choice["waves_per_turn"] if shown else 0.0
-        lobe = seam(block, _with(block, best, shown), float(waves)) if shown else None
+    for i, recording in enumerate(model.recordings):
+        block = next(blocks) if recording.kind == "profile_scan" else None
+        lobe = _first_lobe(block, best) if block is not None and open_[i] else None
         if lobe is not None:
             laid[i], told = begun_at(laid[i], lobe, model.probes), True
     return model.with_laid(laid) if told else model
@@ -58,12 +63,18 @@ def seams_told(before: Sequence[Recording], after: Sequence[Recording], lobes: i
     return told
 
 
+def _first_lobe(block: Whitened, best: Optimum) -> int | None:
+    """Where the largest chatter that a scan shows begins."""
+    shown = _shown(best, block)
+    if not shown:
+        return None
+    return seam(block, _with(block, best, shown), float(best.members[shown[0]].choice["waves_per_turn"]))
+
+
 def _shown(best: Optimum, block: Whitened) -> list[int]:
     """Places of the chatter that a scan shows, the largest first."""
     disc = block.laid.recording.disc + 1
-    mine = [
-        i for i, m in enumerate(best.members) if m.name == "grinding_chatter" and m.choice.get("disc") in (None, disc)
-    ]
+    mine = [i for i, m in enumerate(best.members) if m.name == _CHATTER and m.choice.get("disc") in (None, disc)]
     return sorted(mine, key=lambda i: -float(np.linalg.norm(best.coordinates(i))))
 
 
