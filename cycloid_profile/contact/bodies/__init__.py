@@ -1,0 +1,14 @@
+"""Part deviations, the bearings that carry the discs, and elastic discs."""
+
+from cycloid_profile.contact.bodies.bearings import SupportModel as SupportModel
+from cycloid_profile.contact.bodies.bearings import crank_turn_per_carrier_turn as crank_turn_per_carrier_turn
+from cycloid_profile.contact.bodies.bearings import support_misfit as support_misfit
+from cycloid_profile.contact.bodies.bearings import support_model as support_model
+from cycloid_profile.contact.bodies.deviations import NO_DEVIATIONS as NO_DEVIATIONS
+from cycloid_profile.contact.bodies.deviations import PartDeviations as PartDeviations
+from cycloid_profile.contact.bodies.elastic_disc import DiscCompliance as DiscCompliance
+from cycloid_profile.contact.bodies.elastic_disc import compiled_discs as compiled_discs
+from cycloid_profile.contact.bodies.elastic_disc import disc_compliance as disc_compliance
+from cycloid_profile.contact.bodies.elastic_disc import places_on_discs as places_on_discs
+from cycloid_profile.contact.bodies.elastic_disc import read_disc_compliance as read_disc_compliance
+from cycloid_profile.contact.bodies.elastic_disc import stage_compliance as stage_compliance
