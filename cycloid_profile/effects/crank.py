@@ -1,122 +1,116 @@
-"""Errors of crank shafts, crank bores and planets: fixed in the carrier, multiples of z_p per turn of the output."""
+"""Errors of crank shafts and their bores: fixed in discs and carrier, multiples of z_p per turn of the output."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
 
 import numpy as np
 
 from cycloid_profile.arrays import ComplexArray
-from cycloid_profile.effects.built import Built
-from cycloid_profile.effects.effect import Effect, Place, angle, chosen, part, size
+from cycloid_profile.contact.bodies import crank_turn_per_carrier_turn
+from cycloid_profile.effects.base import Effect, EffectLocation, angle_field, part_field, part_indices, size_field
+from cycloid_profile.effects.reducer import AsBuiltReducer
 from cycloid_profile.errors import SpecError
-from cycloid_profile.geometry.drive import Cranks
+from cycloid_profile.geometry import Cranks
 from cycloid_profile.units import ARCMIN, DEGREE, UM
 
-_CRANK = "number of the crank shaft, 1 stands at angle 0; all of them if absent"
+_CRANK = "number of the crank shaft, 1 at angle 0; all of them if absent"
 _DISC = "number of the disc, 1 for the first; all discs if absent"
 
 
 class _OnCranks(Effect):
-    place: ClassVar[Place] = Place.CRANK
+    location = EffectLocation.CRANK
     crank: int | None
     disc: int | None
 
-    def _here(self, built: Built, value: complex) -> ComplexArray:
+    def _at_parts(self, reducer: AsBuiltReducer, value: complex) -> ComplexArray:
         """``value`` at the chosen discs and cranks, 0 elsewhere."""
-        if not built.cranks:
+        if not reducer.cranks:
             raise SpecError(
                 self.name, "given", "needs crank shafts, which this drive has not", "add [drive.cranks] or leave it out"
             )
-        where = np.zeros((built.discs, built.cranks), dtype=np.complex128)
-        discs = chosen(self, "disc", self.disc, built.discs)
-        where[np.ix_(discs, chosen(self, "crank", self.crank, built.cranks))] = value
+        where = np.zeros((reducer.discs, reducer.cranks), dtype=np.complex128)
+        discs = part_indices(self, "disc", self.disc, reducer.discs)
+        where[np.ix_(discs, part_indices(self, "crank", self.crank, reducer.cranks))] = value
         return where
 
 
 @dataclass(frozen=True)
 class CrankEccentricityError(_OnCranks):
-    """Eccentric of a crank shaft larger than drawn. Cure: sort cranks into classes, or regrind the eccentric."""
+    """Eccentric of a crank shaft larger than drawn."""
 
-    name: ClassVar[str] = "crank_eccentricity_error"
-    amount_um: float = size("eccentricity above the drawing [µm]", 3.0, -200.0, 200.0)
-    crank: int | None = part(_CRANK)
-    disc: int | None = part(_DISC)
+    cure = "sort cranks into classes, or regrind the eccentric"
+    amount_um: float = size_field("eccentricity above the drawing [µm]", 3.0, -200.0, 200.0)
+    crank: int | None = part_field(_CRANK)
+    disc: int | None = part_field(_DISC)
 
-    def apply(self, built: Built) -> Built:
-        """The reducer with this effect."""
-        return replace(built, eccentric_shift=built.eccentric_shift + self._here(built, self.amount_um * UM))
+    def apply(self, reducer: AsBuiltReducer) -> AsBuiltReducer:
+        return replace(reducer, eccentric_shift=reducer.eccentric_shift + self._at_parts(reducer, self.amount_um * UM))
 
 
 @dataclass(frozen=True)
 class CrankPhaseError(_OnCranks):
-    """Eccentric turned on its shaft, or planet assembled off its tooth by part of a pitch. Cure: time the cranks."""
+    """Eccentric turned on its shaft, or planet assembled with an angular offset of a fraction of a pitch."""
 
-    name: ClassVar[str] = "crank_phase_error"
-    angle_arcmin: float = size("angle ahead of the drawing [arcmin]", 5.0, -300.0, 300.0)
-    crank: int | None = part(_CRANK)
-    disc: int | None = part(_DISC)
+    cure = "time the cranks"
+    angle_arcmin: float = size_field("angle ahead of the drawing [arcmin]", 5.0, -300.0, 300.0)
+    crank: int | None = part_field(_CRANK)
+    disc: int | None = part_field(_DISC)
 
-    def apply(self, built: Built) -> Built:
-        """The reducer with this effect."""
-        across = 1j * built.case.drive.trochoid.eccentricity * self.angle_arcmin * ARCMIN
-        return replace(built, eccentric_shift=built.eccentric_shift + self._here(built, across))
+    def apply(self, reducer: AsBuiltReducer) -> AsBuiltReducer:
+        across = 1j * reducer.case.drive.trochoid.eccentricity * self.angle_arcmin * ARCMIN
+        return replace(reducer, eccentric_shift=reducer.eccentric_shift + self._at_parts(reducer, across))
 
 
 @dataclass(frozen=True)
 class CrankHoleError(_OnCranks):
-    """Crank bore of a disc out of its place. Cure: bore the discs of one reducer together."""
+    """Crank bore of a disc out of its place."""
 
-    name: ClassVar[str] = "crank_hole_error"
-    amplitude_um: float = size("distance from its place [µm]", 3.0, 0.0, 200.0)
-    direction_deg: float = angle("direction in the disc, 0 outwards at crank 1 [°]")
-    crank: int | None = part("number of the crank shaft, 1 stands at angle 0", 1)
-    disc: int | None = part("number of the disc, 1 for the first", 1)
+    cure = "bore the discs of one reducer together"
+    amplitude_um: float = size_field("distance from its place [µm]", 3.0, 0.0, 200.0)
+    direction_deg: float = angle_field("direction in the disc, 0 outwards at crank 1 [°]")
+    crank: int | None = part_field("number of the crank shaft, 1 at angle 0", 1)
+    disc: int | None = part_field("number of the disc, 1 for the first", 1)
 
-    def apply(self, built: Built) -> Built:
-        """The reducer with this effect."""
+    def apply(self, reducer: AsBuiltReducer) -> AsBuiltReducer:
         off = self.amplitude_um * UM * np.exp(1j * self.direction_deg * DEGREE)
-        return replace(built, bore_shift=built.bore_shift + self._here(built, complex(off)))
+        return replace(reducer, bore_shift=reducer.bore_shift + self._at_parts(reducer, complex(off)))
 
 
 @dataclass(frozen=True)
 class CrankBearingClearance(Effect):
-    """Play in the crank bearings beyond the drawing: lost motion grows by 2c/r_c, flat. Cure: a smaller class."""
+    """Play in the crank bearings beyond the drawing: lost motion grows by 2c/r_c, flat."""
 
-    name: ClassVar[str] = "crank_bearing_clearance"
-    place: ClassVar[Place] = Place.CRANK
-    radial_um: float = size("radial play, half the diametral clearance [µm]", 2.0, 0.0, 200.0)
+    cure = "a smaller class"
+    location = EffectLocation.CRANK
+    radial_um: float = size_field("radial play, half the diametral clearance [µm]", 2.0, 0.0, 200.0)
 
-    def apply(self, built: Built) -> Built:
-        """The reducer with this effect."""
-        drive = built.case.drive
-        looser = replace(drive.support, bearing_play=drive.support.bearing_play + self.radial_um * UM)
-        return replace(built, case=replace(built.case, drive=replace(drive, support=looser)))
+    def apply(self, reducer: AsBuiltReducer) -> AsBuiltReducer:
+        return reducer.with_bearings(play=reducer.case.drive.support.bearing_play + self.radial_um * UM)
 
 
 @dataclass(frozen=True)
-class PlanetRunout(Effect):
-    """Planet gear off the axis of its crank: it drives the crank ahead and behind, once per turn of the planet.
+class CarrierBoreError(_OnCranks):
+    """Bore of a crank shaft in the carrier out of its place: the shaft and its planet move with it.
 
-    Lead A/r with the pitch radius r = m z2/2. Cure: gear cut on the bearing seats.
+    Against the discs, like their bores of this crank moved the other way, all alike. The planet rolls on the sun: a
+    shift A_t along the circle turns the crank ahead by (1 + z1/z2) A_t/r_c.
     """
 
-    name: ClassVar[str] = "planet_runout"
-    place: ClassVar[Place] = Place.SENSOR
-    amplitude_um: float = size("eccentricity of the pitch circle [µm]", 10.0, 0.0, 500.0)
-    phase_deg: float = angle("direction at crank angle 0 [°]")
-    planet: int | None = part("number of the planet, which is that of its crank", 1)
+    cure = "bore carrier and discs on one coordinate table"
+    amplitude_um: float = size_field("distance from its place [µm]", 3.0, 0.0, 200.0)
+    direction_deg: float = angle_field("direction in the carrier, 0 outwards (radial), 90 along the circle [°]")
+    crank: int | None = part_field("number of the crank shaft, 1 at angle 0", 1)
+    disc = None
 
-    def apply(self, built: Built) -> Built:
-        """The reducer with this effect."""
-        drive = built.case.drive
-        stage = drive.first_stage
-        if stage is None or not isinstance(drive.support, Cranks):
-            raise SpecError(self.name, "given", "needs planets, which this drive has not", "add [drive.first_stage]")
-        lead = self.amplitude_um * UM / (0.5 * stage.module * stage.planet_teeth)
-        crank_lead = built.crank_lead.copy()
-        crank_lead[list(chosen(self, "planet", self.planet, built.cranks))] += lead * np.exp(
-            1j * self.phase_deg * DEGREE
+    def apply(self, reducer: AsBuiltReducer) -> AsBuiltReducer:
+        drive = reducer.case.drive
+        outwards = self._at_parts(reducer, np.exp(1j * self.direction_deg * DEGREE) * self.amplitude_um * UM)
+        assert isinstance(drive.support, Cranks)
+        crank_direction = np.exp(2j * np.pi * np.arange(reducer.cranks) / reducer.cranks)
+        lead = crank_turn_per_carrier_turn(drive) * outwards.imag / drive.support.circle_radius
+        return replace(
+            reducer,
+            bore_shift=reducer.bore_shift - outwards * crank_direction,
+            eccentric_shift=reducer.eccentric_shift + 1j * drive.trochoid.eccentricity * lead,
         )
-        return replace(built, crank_lead=crank_lead)

@@ -1,4 +1,4 @@
-"""The reducer that effects are laid on: RV-40E with 6 µm of equidistant clearance, at rated torque."""
+"""The reducer that effects act on: RV-40E with 6 µm of equidistant clearance, at rated torque."""
 
 from __future__ import annotations
 
@@ -7,11 +7,10 @@ from typing import Any
 
 import pytest
 
-from cycloid_profile.contact.case import LoadCase
-from cycloid_profile.effects.built import Built
-from cycloid_profile.effects.registry import build, effect
-from cycloid_profile.geometry.drive import Drive
-from cycloid_profile.modification.setup import Equidistant, modify
+from cycloid_profile.contact import LoadCase
+from cycloid_profile.effects import AsBuiltReducer, build, effect
+from cycloid_profile.geometry import Drive
+from cycloid_profile.modification import Equidistant, modify
 
 
 @pytest.fixture(scope="session")
@@ -21,10 +20,10 @@ def case(rv40e: Drive, rated_torque: float) -> LoadCase:
 
 
 @pytest.fixture(scope="session")
-def built_with(case: LoadCase) -> Callable[..., Built]:
+def built_with(case: LoadCase) -> Callable[..., AsBuiltReducer]:
     """Builds the reducer with effects given as tables of a spec file."""
 
-    def built(*tables: dict[str, Any]) -> Built:
+    def reducer(*tables: dict[str, Any]) -> AsBuiltReducer:
         return build(case, [effect(table) for table in tables])
 
-    return built
+    return reducer

@@ -1,6 +1,6 @@
 """Physics properties: what effects do to a reducer under load, and how they hang together.
 
-Discs ground together are alike in the frame of the carrier, where two discs half a turn of the crank apart cancel the
+Discs ground together are identical in the frame of the carrier, where two discs 180° of the crank apart cancel the
 odd multiples of z_p = 40; what two effects have in common is found under both names.
 """
 
@@ -11,11 +11,10 @@ import math
 import numpy as np
 import pytest
 
-from cycloid_profile.contact.backlash import backlash, input_locked_factor
-from cycloid_profile.effects.built import as_drawn
+from cycloid_profile.contact.mesh import backlash, input_locked_factor
+from cycloid_profile.effects import as_drawn
 from cycloid_profile.effects.process import STEEL_EXPANSION
-from cycloid_profile.rig.maps import backlash_map, lost_motion_map
-from cycloid_profile.rig.transmission import carrier_rotation, spectrum, transmission_error
+from cycloid_profile.rig import backlash_map, encoder_readings, lost_motion_map, spectrum, transmission_error
 from cycloid_profile.units import ARCMIN, ARCSEC, UM
 
 PINS, LOBES = 40, 39
@@ -25,10 +24,10 @@ FEW = 720  # poses; the mesh order folds onto 120
 LIGHT = 0.03
 
 
-def light(built, poses=120):
+def light(reducer, poses=120):
     """Rotation under plus and minus 3 % of the rated torque, shape (2, poses) [rad]."""
-    T = LIGHT * built.case.torque
-    return carrier_rotation(built, np.array([T, -T]), poses)
+    T = LIGHT * reducer.case.torque
+    return encoder_readings(reducer, np.array([T, -T]), poses)
 
 
 @pytest.fixture(scope="module")
@@ -90,7 +89,7 @@ def test_a_tooth_moved_as_a_whole_is_bores_moved_the_other_way(built_with, share
         *({"name": "crank_hole_error", "amplitude_um": 3.0, "direction_deg": 220.0, "crank": c} for c in (1, 2, 3))
     )
     torque = share * tooth.case.torque
-    one, other = (transmission_error(built, torque, 780).error for built in (tooth, bores))
+    one, other = (transmission_error(reducer, torque, 780).error for reducer in (tooth, bores))
     assert np.ptp(one) > 11.0 * ARCSEC
     assert np.max(np.abs(one - other)) < 1e-3 * np.max(np.abs(one))
 
@@ -141,7 +140,7 @@ def test_clearance_of_crank_bearings_adds_to_lost_motion(built_with, drawn, clea
 def test_compliance_in_series_adds_torque_over_stiffness(built_with, drawn):
     soft = built_with({"name": "series_compliance", "stiffness_nm_per_arcmin": 134.0})
     torque = np.array([-1.0, 0.03, 0.5, 1.0]) * drawn.case.torque
-    added = carrier_rotation(soft, torque, 12) - carrier_rotation(drawn, torque, 12)
+    added = encoder_readings(soft, torque, 12) - encoder_readings(drawn, torque, 12)
     wanted = torque / 1e3 / 134.0 * ARCMIN
     np.testing.assert_allclose(added, np.broadcast_to(wanted[:, np.newaxis], (4, 12)), rtol=1e-9)
     # Two springs in series are as soft as both together.
@@ -152,7 +151,7 @@ def test_compliance_in_series_adds_torque_over_stiffness(built_with, drawn):
 def test_an_encoder_off_centre_errs_once_per_turn(built_with, drawn):
     read = built_with({"name": "encoder_eccentricity", "amplitude_arcsec": 5.0, "phase_deg": 70.0})
     torque = np.array([drawn.case.torque])
-    added = (carrier_rotation(read, torque, 360) - carrier_rotation(drawn, torque, 360))[0]
+    added = (encoder_readings(read, torque, 360) - encoder_readings(drawn, torque, 360))[0]
     np.testing.assert_allclose(added, 5.0 * ARCSEC * np.cos(np.deg2rad(np.arange(360) - 70.0)), atol=1e-15)
     orders = spectrum(added)
     assert orders[1] == pytest.approx(5.0 * ARCSEC, rel=1e-9)
@@ -186,7 +185,7 @@ def test_wear_shows_in_the_direction_of_its_torque(built_with, drawn, flank):
     worn = built_with({"name": "flank_wear", "amount_um": 3.0, "flank": flank})
     forward, backward = np.mean(light(worn) - light(drawn), axis=1)
     carried, spared = (forward, -backward) if flank == 1 else (-backward, forward)
-    # 3 µm all over would be 0.2′; wear spares the pins beside it, which then carry more.
+    # 3 µm all over would be 0.2′; wear spares the adjacent pins, which then carry more.
     assert carried > 0.05 * ARCMIN
     assert abs(spared) < 1e-6 * carried
     psi = np.linspace(-math.pi, math.pi, 4001)

@@ -8,13 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from cycloid_profile.contact.case import LoadCase
-from cycloid_profile.contact.equilibrium import Equilibrium
-from cycloid_profile.contact.hertz import STEEL, LineContact
-from cycloid_profile.contact.laws import LAWS
+from cycloid_profile.contact import LoadCase
+from cycloid_profile.contact.disc import Equilibrium
+from cycloid_profile.contact.laws import LAWS, STEEL, LineContact, OnSpring
 from cycloid_profile.contact.stage import StageEquilibrium
-from cycloid_profile.effects.compliance import OnSpring
-from cycloid_profile.effects.registry import build, effect
+from cycloid_profile.effects import build, effect
 
 laws = st.sampled_from(sorted(LAWS))
 forces = st.floats(0.5, 5000.0)
@@ -40,8 +38,6 @@ def test_force_undoes_approach(law, force, compliance, curvature):
     at = contact(curvature)
     on_spring = OnSpring(LAWS[law], compliance)
     np.testing.assert_allclose(on_spring.force(on_spring.approach(force, at), at), force, rtol=1e-9)
-    prepared = on_spring.prepare(at).response(on_spring.approach(force, at))
-    np.testing.assert_allclose(prepared.force, force, rtol=1e-9)
 
 
 @given(laws, forces, compliances, curvatures)
@@ -99,7 +95,7 @@ def test_soft_seats_share_the_load_among_more_pins(case: LoadCase, solver):
     assert np.mean(soft.rotation - soft.touch) > 1.5 * np.mean(stiff.rotation - stiff.touch)
 
 
-def test_bearings_are_softer_by_what_is_added(case: LoadCase):
+def test_bearing_compliance_grows_by_the_amount(case: LoadCase):
     soft = build(case, [effect({"name": "crank_bearing_compliance", "added_um_per_kn": 1.0})])
     # 2.5 µm/kN as drawn, 3.5 with it.
     assert soft.case.drive.support.bearing_stiffness == pytest.approx(1e6 / 3.5, rel=1e-12)

@@ -1,4 +1,4 @@
-"""Physics properties of the removals that go once round the disc: derivatives, smoothness and period."""
+"""Physics properties of the removals of whole discs and of every tooth: derivatives, smoothness and period."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from cycloid_profile.effects.removals import Index, OneLobe, Ramp, Shift, Wave
-from cycloid_profile.geometry.trochoid import Trochoid
+from cycloid_profile.effects._removals import OneLobe, PitchDeviationWave, Ramp, Shift, ToothForm, Wave
+from cycloid_profile.geometry import Trochoid
 
 TROCHOID = Trochoid(40, 64.0, 1.3)
 PERIOD = TROCHOID.phase_period
 STEP = 1e-3
-JUMP = 0.5
+JUMP, FLANK_END = 0.5, 0.15
 
 angles = st.floats(-7.0, 7.0)
 phases = st.floats(-2.0 * PERIOD, 2.0 * PERIOD)
@@ -23,9 +23,10 @@ removals = st.one_of(
     st.builds(Wave, st.just(1.0), st.integers(0, 400).map(float), angles),
     st.builds(Wave, st.just(1.0), st.floats(3.0, 400.0), angles),
     st.builds(Shift, st.just(1.0), angles),
-    st.builds(Index, st.just(1.0), st.integers(0, 20).map(float), angles),
+    st.builds(PitchDeviationWave, st.just(1.0), st.integers(0, 20).map(float), angles),
     st.builds(Ramp, st.just(1.0), st.integers(0, 38)),
     st.builds(OneLobe, st.just(1.0), st.integers(0, 38)),
+    st.builds(ToothForm, st.just(1.0), st.integers(1, 20), angles, st.sampled_from([-1, 0, 1])),
 )
 
 
@@ -45,11 +46,13 @@ def test_derivatives_are_those_of_the_value(removal, phase):
         # Waves that do not come out even meet at the tip before the first lobe.
         phase = np.clip(np.mod(phase + math.pi, PERIOD), 0.01, PERIOD - 0.01) - math.pi
     found = jet(removal, phase + STEP * np.arange(-2, 3))
-    # The jumps of ramp and lobe have no third derivative: there a step counts once, not to the fourth power.
-    loose = 50.0 * STEP**2 / JUMP**3 if isinstance(removal, Ramp | OneLobe) else 0.0
-    assert found.first[2] == pytest.approx(slope(found.value), abs=2e-6 + loose)
-    loose = 400.0 * STEP / JUMP**4 if isinstance(removal, Ramp | OneLobe) else 0.0
-    assert found.second[2] == pytest.approx(slope(found.first), abs=2e-5 + loose)
+    # Jumps have no third derivative: there a step counts once, not to the fourth power.
+    jump = JUMP if isinstance(removal, Ramp | OneLobe) else math.inf
+    if isinstance(removal, ToothForm):
+        ends = np.array([0.0, 2.0 * FLANK_END, math.pi - 2.0 * FLANK_END, math.pi])
+        assume(np.min(np.abs(np.mod(phase, math.pi) - ends)) > 3.0 * STEP)
+    assert found.first[2] == pytest.approx(slope(found.value), abs=2e-6 + 50.0 * STEP**2 / jump**3)
+    assert found.second[2] == pytest.approx(slope(found.first), abs=2e-5 + 400.0 * STEP / jump**4)
 
 
 @given(removals, phases)
@@ -106,3 +109,22 @@ def test_waves_that_do_not_come_out_even_jump_at_a_tip_alone(waves, angle):
     here, later = jet(removal, within), jet(removal, within + PERIOD)
     for one, other in zip(here, later, strict=True):
         np.testing.assert_allclose(other, one, rtol=0.0, atol=1e-6)
+
+
+@given(st.integers(1, 20), angles, st.sampled_from([-1, 1]))
+def test_a_form_of_one_flank_leaves_the_other_as_drawn(waves, angle, flank):
+    psi = np.linspace(-math.pi, math.pi, 2001)
+    alone, both = (jet(ToothForm(1.0, waves, angle, side), psi) for side in (flank, 0))
+    other, inside = flank * psi <= 0.0, (flank * psi > 2.0 * FLANK_END) & (flank * psi < math.pi - 2.0 * FLANK_END)
+    for one, whole in zip(alone, both, strict=True):
+        np.testing.assert_array_equal(one[other], 0.0)
+        np.testing.assert_allclose(one[inside], whole[inside], rtol=1e-12, atol=1e-12)
+
+
+@given(st.integers(1, 20), angles, st.sampled_from([-1, 1]))
+def test_the_ends_of_a_form_have_two_continuous_derivatives(waves, angle, flank):
+    # As of ramp and lobe, the smooth step rises over ±FLANK_END; the wave adds its own derivatives.
+    step = 1e-4
+    found = jet(ToothForm(1.0, waves, angle, flank), np.arange(-math.pi, math.pi, step))
+    for k, one in enumerate((found.value, found.first, found.second), start=1):
+        assert np.max(np.abs(np.diff(one))) < step * (waves + 2.5 / FLANK_END) ** k

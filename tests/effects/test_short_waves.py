@@ -7,11 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from cycloid_profile.contact.gap import gaps
-from cycloid_profile.contact.meshing import mesh
-from cycloid_profile.rig.gap import gap
-from cycloid_profile.rig.simulate import simulate
-from cycloid_profile.rig.transmission import transmission_error
+from cycloid_profile.contact.mesh import gaps, mesh
+from cycloid_profile.rig import measurement_residual, simulate, transmission_error
 from cycloid_profile.units import UM
 
 REACH = 0.5  # rad to either side of the pin's phase; the flank is bent too much for feet further off
@@ -40,7 +37,7 @@ def test_a_reducer_with_chatter_still_turns(built_with):
 def test_a_scan_of_waves_that_do_not_come_out_even_lies_on_its_own_disc(built_with):
     # Of 100.5 waves the last gives way to the first round the tip before the first lobe.
     rough = built_with({"name": "grinding_chatter", "amplitude_um": 1.0, "waves_per_turn": 100.5})
-    residual = gap(rough, simulate(rough, "profile_scan")).residual
+    residual = measurement_residual(rough, simulate(rough, "profile_scan")).residual
     assert np.max(np.abs(residual)) < 1e-6
     before, after = rough.teeth[0].removal(np.array([-math.pi + 1e-9, -math.pi - 1e-9])).value
     assert before == pytest.approx(after, abs=1e-11)
