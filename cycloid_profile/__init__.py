@@ -1,62 +1,22 @@
-"""Design, compensate and export the cycloid discs of RV reducers and cycloidal drives."""
+"""Design, compensate and export the cycloid discs of RV reducers and cycloidal drives.
 
-from cycloid_profile.catalog.drives import catalog_drive as catalog_drive
-from cycloid_profile.catalog.drives import catalog_names as catalog_names
-from cycloid_profile.compensation.fixed_point import Compensation as Compensation
-from cycloid_profile.compensation.fixed_point import compensate as compensate
-from cycloid_profile.compensation.fixed_point import compensate_by as compensate_by
-from cycloid_profile.contact.as_built import AsBuilt as AsBuilt
-from cycloid_profile.contact.backlash import Backlash as Backlash
-from cycloid_profile.contact.backlash import backlash as backlash
-from cycloid_profile.contact.case import LoadCase as LoadCase
-from cycloid_profile.contact.classical import Classical as Classical
-from cycloid_profile.contact.equilibrium import Equilibrium as Equilibrium
-from cycloid_profile.contact.gap import Gaps as Gaps
-from cycloid_profile.contact.gap import gaps as gaps
-from cycloid_profile.contact.hertz import LineContact as LineContact
-from cycloid_profile.contact.hertz import Material as Material
-from cycloid_profile.contact.laws import ArticleLogarithm as ArticleLogarithm
-from cycloid_profile.contact.laws import Braendlein as Braendlein
-from cycloid_profile.contact.laws import Johnson as Johnson
-from cycloid_profile.contact.laws import Palmgren as Palmgren
-from cycloid_profile.contact.laws import Roark as Roark
-from cycloid_profile.contact.laws import WeberBanaschek as WeberBanaschek
-from cycloid_profile.contact.meshing import Meshing as Meshing
-from cycloid_profile.contact.meshing import mesh as mesh
-from cycloid_profile.contact.meshing import mesh_cycle as mesh_cycle
-from cycloid_profile.contact.meshing import output_turn as output_turn
-from cycloid_profile.contact.sharing import LoadSharing as LoadSharing
-from cycloid_profile.contact.sharing import Status as Status
-from cycloid_profile.contact.stage import StageEquilibrium as StageEquilibrium
-from cycloid_profile.design.accuracy import Accuracy as Accuracy
-from cycloid_profile.design.accuracy import accuracy as accuracy
-from cycloid_profile.design.record import DesignRecord as DesignRecord
-from cycloid_profile.design.record import design_disc as design_disc
-from cycloid_profile.design.summary import summary as summary
-from cycloid_profile.errors import CycloidError as CycloidError
-from cycloid_profile.geometry.drive import CentralEccentric as CentralEccentric
-from cycloid_profile.geometry.drive import Cranks as Cranks
-from cycloid_profile.geometry.drive import Drive as Drive
-from cycloid_profile.geometry.drive import InvoluteStage as InvoluteStage
-from cycloid_profile.geometry.outline import DiscOutline as DiscOutline
-from cycloid_profile.geometry.profile import ToothProfile as ToothProfile
-from cycloid_profile.geometry.profile import undercut_limit as undercut_limit
-from cycloid_profile.geometry.sampling import ChordTolerance as ChordTolerance
-from cycloid_profile.geometry.sampling import EqualAngle as EqualAngle
-from cycloid_profile.geometry.sampling import EqualArc as EqualArc
-from cycloid_profile.geometry.sampling import sample as sample
-from cycloid_profile.geometry.trochoid import Trochoid as Trochoid
-from cycloid_profile.modification.deviation import MeasuredDeviation as MeasuredDeviation
-from cycloid_profile.modification.deviation import NormalDeviation as NormalDeviation
-from cycloid_profile.modification.pairs import conjugate_pair as conjugate_pair
-from cycloid_profile.modification.pairs import zero_backlash_pair as zero_backlash_pair
-from cycloid_profile.modification.setup import DeformationCompensation as DeformationCompensation
-from cycloid_profile.modification.setup import Equidistant as Equidistant
-from cycloid_profile.modification.setup import FlankRotation as FlankRotation
-from cycloid_profile.modification.setup import RadialMoving as RadialMoving
-from cycloid_profile.modification.setup import modify as modify
-from cycloid_profile.report.build import build_package as build_package
-from cycloid_profile.spec.model import Spec as Spec
-from cycloid_profile.spec.read import parse_spec as parse_spec
-from cycloid_profile.spec.read import read_spec as read_spec
-from cycloid_profile.spec.write import format_spec as format_spec
+The package holds the steps and domain types (``cp.read_spec``, ``cp.design_disc``, ``cp.Trochoid``); its rooms hold
+everything else (``cp.contact``, ``cp.plot``). ``__init__.pyi`` lists all names. Each is imported when first used.
+"""
+
+from importlib.metadata import version as _version
+
+import lazy_loader as _lazy
+
+from cycloid_profile.errors import did_you_mean as _did_you_mean
+
+_load, __dir__, __all__ = _lazy.attach_stub(__name__, __file__)
+__version__ = _version("cycloid-profile")
+__all__ = [*__all__, "__version__"]
+
+
+def __getattr__(name: str) -> object:
+    if name not in __all__:
+        remedy = _did_you_mean(name, __all__, "see dir(cycloid_profile)")
+        raise AttributeError(f"module 'cycloid_profile' has no attribute '{name}': {remedy}")
+    return _load(name)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import difflib
+from collections.abc import Iterable
+
 
 class CycloidError(Exception):
     """Base of every error this package raises on purpose.
@@ -65,3 +68,14 @@ class ExportError(CycloidError):
 
 class ToleranceError(CycloidError):
     """A tolerance study that cannot be run: no scheduler, no place for its samples."""
+
+
+def nearest_name(word: str, known: Iterable[str]) -> str | None:
+    """The known name most like ``word``, None where none is."""
+    return next(iter(difflib.get_close_matches(word, list(known), n=1, cutoff=0.4)), None)
+
+
+def did_you_mean(word: str, known: Iterable[str], otherwise: str) -> str:
+    """Remedy of a misspelt name: the nearest known one, or the clause ``otherwise``."""
+    close = nearest_name(word, known)
+    return f"did you mean {close}?" if close else otherwise

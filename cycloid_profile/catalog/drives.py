@@ -1,19 +1,18 @@
-"""Published drives, one TOML each, with their source and what is assumed of them."""
+"""Published drives, one TOML each, with its source and assumptions."""
 
 from __future__ import annotations
 
-import difflib
 from importlib import resources
 
-from cycloid_profile.errors import SpecError
+from cycloid_profile.errors import SpecError, did_you_mean
+from cycloid_profile.spec import parse_spec
 from cycloid_profile.spec.model import Spec
-from cycloid_profile.spec.read import parse_spec
 
 _SUFFIX = ".toml"
 
 
 def catalog_names() -> tuple[str, ...]:
-    """Names of all drives of the catalogue, in order."""
+    """Names of all drives of the catalogue, sorted alphabetically."""
     folder = resources.files("cycloid_profile.catalog")
     return tuple(sorted(f.name.removesuffix(_SUFFIX) for f in folder.iterdir() if f.name.endswith(_SUFFIX)))
 
@@ -22,8 +21,7 @@ def catalog_text(name: str) -> str:
     """The TOML text of a drive. Raises ``SpecError`` with the nearest name for an unknown one."""
     names = catalog_names()
     if name not in names:
-        close = difflib.get_close_matches(name.lower(), names, n=1, cutoff=0.4)
-        remedy = f"did you mean {close[0]}?" if close else f"known are {', '.join(names)}"
+        remedy = did_you_mean(name.lower(), names, f"known are {', '.join(names)}")
         raise SpecError("drive", f"'{name}'", "is not in the catalogue", remedy, " ")
     return resources.files("cycloid_profile.catalog").joinpath(f"{name}{_SUFFIX}").read_text(encoding="utf-8")
 

@@ -1,0 +1,1 @@
+"""Command line: one subcommand a file, one library call each."""

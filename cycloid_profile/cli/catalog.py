@@ -8,8 +8,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from cycloid_profile.cli.options import Json
-from cycloid_profile.cli.terminal import print_json, print_table
+from cycloid_profile.cli._terminal import Json, print_json, print_table
 from cycloid_profile.errors import SpecError
 
 
@@ -17,7 +16,9 @@ def catalog(
     name: str | None = None,
     /,
     *,
-    out: Annotated[Path | None, Parameter(help="Write the drive as a spec file, with its JSON Schema beside.")] = None,
+    out: Annotated[
+        Path | None, Parameter(help="Write the drive as a spec file, and its JSON Schema next to it.")
+    ] = None,
     json: Json = False,
 ) -> int:
     """List the published drives, or print one as a spec file with its source.
@@ -31,7 +32,7 @@ def catalog(
     """
     import msgspec
 
-    from cycloid_profile.catalog.drives import catalog_drive, catalog_names, catalog_text
+    from cycloid_profile.catalog import catalog_drive, catalog_names, catalog_text
 
     if name is None and out is not None:
         raise SpecError("--out", f"'{out}'", "needs a drive", "name one of 'cycloid-profile catalog'", " ")
@@ -53,15 +54,15 @@ def catalog(
     elif out is None:
         sys.stdout.write(catalog_text(name))
     if out is not None:
-        _write(name, out)
+        _write_with_schema(name, out)
     return 0
 
 
-def _write(name: str, out: Path) -> None:
-    from cycloid_profile.catalog.drives import catalog_text
-    from cycloid_profile.export.folder import whole_or_nothing
-    from cycloid_profile.spec.schema import SCHEMA_FILE, spec_schema
+def _write_with_schema(name: str, out: Path) -> None:
+    from cycloid_profile.catalog import catalog_text
+    from cycloid_profile.export.writing import atomic_folder
+    from cycloid_profile.spec import SCHEMA_FILE, spec_schema
 
-    with whole_or_nothing(out.parent) as scratch:
+    with atomic_folder(out.parent) as scratch:
         (scratch / out.name).write_text(catalog_text(name), encoding="utf-8", newline="\n")
         (scratch / SCHEMA_FILE).write_text(spec_schema(), encoding="utf-8", newline="\n")

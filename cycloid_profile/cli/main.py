@@ -56,7 +56,7 @@ def run(tokens: Sequence[str] | None = None) -> int:
     except OSError as error:
         return _refuse(f"the result cannot be printed ({error.strerror})", 2)
     except KeyboardInterrupt:
-        return _refuse("stopped by the keyboard, nothing was written", 130)
+        return _refuse("interrupted by the keyboard, nothing was written", 130)
     return status if isinstance(status, int) else 0
 
 

@@ -1,4 +1,4 @@
-"""``cycloid-profile simulate``: the file a measuring machine or test bench would write."""
+"""``cycloid-profile simulate``: the file that a measuring machine or test bench would write."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from cycloid_profile.cli.options import Json
-from cycloid_profile.cli.terminal import print_json, print_table, progress
+from cycloid_profile.cli._terminal import Json, print_json, print_table, progress
+from cycloid_profile.design import as_built_reducer
 
 Kind = Literal["profile_scan", "hysteresis", "transmission_error", "lost_motion_map"]
 
@@ -19,17 +19,17 @@ def simulate(
     *,
     kind: Annotated[Kind, Parameter(help="What to measure.")],
     out: Annotated[
-        Path | None, Parameter(help="File to write, default NAME_KIND.csv; a picture is put beside it.")
+        Path | None, Parameter(help="File to write, default NAME_KIND.csv; a picture is written next to it.")
     ] = None,
     torque_nm: Annotated[float | None, Parameter(help="Torque [N·m], default that of the kind.")] = None,
-    output_angle_deg: Annotated[float, Parameter(help="Where the output stands, for a loop [°].")] = 0.0,
+    output_angle_deg: Annotated[float, Parameter(help="Angle of the output for a loop [°].")] = 0.0,
     points: Annotated[int | None, Parameter(help="Number of rows, default that of the kind.")] = None,
     disc: Annotated[int, Parameter(help="Disc to scan, 1 for the first.")] = 1,
     noise: Annotated[float, Parameter(help="Standard deviation of noise, in the unit of the column (scan: µm).")] = 0.0,
     seed: Annotated[int, Parameter(help="Seed of the noise.")] = 0,
     json: Json = False,
 ) -> int:
-    """Write what a measuring machine or test bench would read of the reducer with its [[effects]].
+    """Write the readings of a measuring machine or test bench on the reducer with its [[effects]].
 
     Example: cycloid-profile simulate examples/rv40e.toml --kind hysteresis
 
@@ -38,16 +38,13 @@ def simulate(
     spec
         Spec file (TOML).
     """
-    from cycloid_profile.design.ground import built_reducer
+    from cycloid_profile import plot
     from cycloid_profile.errors import ExportError
-    from cycloid_profile.export.folder import whole_or_nothing
-    from cycloid_profile.measurement.files import format_measurement
-    from cycloid_profile.plot.measured import measurement_plot
-    from cycloid_profile.plot.style import save_png
-    from cycloid_profile.rig.simulate import Settings
-    from cycloid_profile.rig.simulate import simulate as measure
-    from cycloid_profile.rig.told import figures_of
-    from cycloid_profile.spec.read import read_spec
+    from cycloid_profile.export.writing import atomic_folder
+    from cycloid_profile.measurement import format_measurement
+    from cycloid_profile.rig import Settings, key_figures
+    from cycloid_profile.rig import simulate as measure
+    from cycloid_profile.spec import read_spec
     from cycloid_profile.units import DEGREE, NEWTON_METRE
 
     file = Path(f"{spec.stem}_{kind}.csv") if out is None else out
@@ -61,21 +58,22 @@ def simulate(
         noise=noise,
         seed=seed,
     )
-    with progress() as tell:
-        tell("building the reducer")
+    with progress() as report:
+        report("building the reducer")
         wanted = read_spec(spec)
-        built = built_reducer(wanted)
-        tell(f"measuring: {kind.replace('_', ' ')}")
-        measured = measure(built, kind, settings)
-        with whole_or_nothing(file.parent) as scratch:
+        reducer = as_built_reducer(wanted)
+        title = kind.replace("_", " ")
+        report(f"measuring: {title}")
+        measured = measure(reducer, kind, settings)
+        with atomic_folder(file.parent) as scratch:
             (scratch / file.name).write_text(format_measurement(measured), encoding="utf-8", newline="\n")
-            save_png(measurement_plot(measured, built, wanted.name), scratch / f"{file.stem}.png")
+            plot.save_png(plot.measurement(measured, reducer=reducer, name=wanted.name), scratch / f"{file.stem}.png")
     picture = file.with_suffix(".png")
-    figures = figures_of(measured)
+    figures = key_figures(measured)
     if json:
-        told = {"schema": 1, "name": wanted.name, "kind": kind, "file": str(file), "picture": str(picture)}
-        print_json(told | {"figures": figures})
+        written = {"name": wanted.name, "kind": kind, "file": str(file), "picture": str(picture)}
+        print_json({"schema": 1, **written, "figures": figures})
     else:
-        print_table(f"{wanted.name}: {kind.replace('_', ' ')}", ("", ""), [(k, f"{v:.5g}") for k, v in figures.items()])
+        print_table(f"{wanted.name}: {title}", ("", ""), [(k, f"{v:.5g}") for k, v in figures.items()])
         print(f"\nwritten: {file}, picture: {picture}")
     return 0

@@ -1,0 +1,6 @@
+"""Deformation compensation: the fixed point of tooth profile and load sharing."""
+
+from cycloid_profile.compensation.fixed_point import Compensation as Compensation
+from cycloid_profile.compensation.fixed_point import LoadSharingSolver as LoadSharingSolver
+from cycloid_profile.compensation.fixed_point import compensate as compensate
+from cycloid_profile.compensation.fixed_point import compensate_by as compensate_by

@@ -1,39 +1,40 @@
-"""Deformation compensation: load → δmax → profile → load, until δmax stands still (docs/theory.md, Eq. 39)."""
+"""Deformation compensation: load → δmax → profile → load, until δmax converges (docs/theory.md, Eq. 39)."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-from cycloid_profile.contact.backlash import Backlash, backlash
-from cycloid_profile.contact.case import LoadCase
-from cycloid_profile.contact.sharing import LoadSharing, Status
+from cycloid_profile._display import Described
+from cycloid_profile.contact import LoadCase, LoadSharing, SolveStatus
+from cycloid_profile.contact.mesh import Backlash, backlash
 from cycloid_profile.errors import CompensationError, SolveError
-from cycloid_profile.geometry.profile import ToothProfile
-from cycloid_profile.modification.setup import DeformationCompensation
+from cycloid_profile.geometry import ToothProfile
+from cycloid_profile.modification import DeformationCompensation
 from cycloid_profile.units import ARCMIN, NM, UM
 
-SETTLED = 0.1 * NM
+_TOLERANCE = 0.1 * NM
 _MAX_ROUNDS = 20
 # Backlash this far below zero is rounding: 1e-9 rad is 0.05 nm at the flank.
 _BACKLASH_ROUNDING = 1e-9
 
 
 class LoadSharingSolver(Protocol):
-    """Anything that shares a load among the pins: ``Classical``, ``Equilibrium``."""
+    """Any load-sharing solver: ``Classical``, ``Equilibrium``, ``StageEquilibrium``."""
 
     def solve(self, case: LoadCase) -> LoadSharing:
-        """Load on the pins of one disc."""
+        """Load on the pins of one disc, or of all discs for a whole-stage solver."""
         ...
 
 
-@dataclass(frozen=True, slots=True)
-class Compensation:
+@dataclass(frozen=True, slots=True, repr=False)
+class Compensation(Described):
     """A compensated profile and how it was found.
 
     ``case`` holds the profile before compensation; ``profile`` is the compensated one; ``delta_max`` [mm];
-    ``history`` δmax after each round [mm]; ``sharing`` the last load sharing, None for a δmax given by hand.
+    ``history`` δmax after each round [mm]; ``sharing`` the last load sharing, None for a prescribed δmax.
     """
 
     case: LoadCase
@@ -44,16 +45,24 @@ class Compensation:
     history: tuple[float, ...]
     sharing: LoadSharing | None
 
+    def _key_figures(self) -> Mapping[str, str]:
+        return {
+            "δmax": f"{self.delta_max / UM:.3f} µm after {len(self.history)} rounds",
+            "worst backlash": f"{self.before.worst / ARCMIN:.4f}′ before, {self.after.worst / ARCMIN:.4f}′ after",
+        }
+
     @property
     def backlash_change(self) -> float:
-        """Worst backlash after minus before [rad]; −2 δmax/(a z_c) to first order (Eq. 40)."""
+        """Largest backlash of the mesh cycle, after minus before [rad]; −2 δmax/(a z_c) to first order (Eq. 40)."""
         return self.after.worst - self.before.worst
 
 
-def compensate(case: LoadCase, solver: LoadSharingSolver, tolerance: float = SETTLED, poses: int = 24) -> Compensation:
-    """Add the deformation under ``case.torque`` back to the profile, as a fixed point.
+def compensate(
+    case: LoadCase, solver: LoadSharingSolver, tolerance: float = _TOLERANCE, poses: int = 24
+) -> Compensation:
+    """Compensate the deformation under ``case.torque`` by a fixed-point iteration of profile and load.
 
-    Each round solves the load on the profile with the last δmax added; it ends when δmax changes by
+    Each round solves the load on the profile with the last δmax added. The iteration ends when δmax changes by
     less than ``tolerance`` [mm]. Radial clearance is unchanged: δ vanishes at root and tip.
 
     Raises
@@ -61,16 +70,16 @@ def compensate(case: LoadCase, solver: LoadSharingSolver, tolerance: float = SET
     CompensationError
         If the backlash would become negative at some pose.
     SolveError
-        If a load solve fails or the rounds do not settle.
+        If a load solve fails or the iteration does not converge.
     """
     history: list[float] = []
     profile, delta_max = case.profile, 0.0
     for _ in range(_MAX_ROUNDS):
         sharing = solver.solve(replace(case, profile=profile))
-        if sharing.status is Status.INTERFERENCE and history:
-            # The last δmax closed the gap altogether: told as what it does to the backlash.
+        if sharing.status is SolveStatus.INTERFERENCE and history:
+            # The last δmax closed the gap completely; the error reports the resulting backlash.
             break
-        if sharing.status is not Status.CONVERGED:
+        if sharing.status is not SolveStatus.CONVERGED:
             raise SolveError(
                 "load sharing",
                 sharing.solver,
@@ -90,7 +99,7 @@ def compensate(case: LoadCase, solver: LoadSharingSolver, tolerance: float = SET
             f"still changes by {change / UM:.2g} µm after {_MAX_ROUNDS} rounds",
             "give deformation_compensation as a number in µm",
         )
-    return _finished(case, delta_max, tuple(history), sharing, poses)
+    return _compensation_result(case, delta_max, tuple(history), sharing, poses)
 
 
 def compensate_by(case: LoadCase, delta_max: float, poses: int = 24) -> Compensation:
@@ -99,10 +108,10 @@ def compensate_by(case: LoadCase, delta_max: float, poses: int = 24) -> Compensa
         raise CompensationError(
             "delta_max", f"{delta_max} mm", "is negative or not finite", "give the deformation as a positive amount"
         )
-    return _finished(case, delta_max, (delta_max,), None, poses)
+    return _compensation_result(case, delta_max, (delta_max,), None, poses)
 
 
-def _finished(
+def _compensation_result(
     case: LoadCase, delta_max: float, history: tuple[float, ...], sharing: LoadSharing | None, poses: int
 ) -> Compensation:
     profile = DeformationCompensation(delta_max).apply(case.profile)

@@ -1,4 +1,4 @@
-"""A load case: drive, profile, materials and torque, and the line contacts it makes."""
+"""A load case: drive, profile, materials, torque and line contacts."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ import math
 from dataclasses import dataclass, field
 
 from cycloid_profile.arrays import FloatArray
-from cycloid_profile.contact.hertz import STEEL, ContactLaw, LineContact, Material
-from cycloid_profile.contact.laws import Roark
+from cycloid_profile.contact.bodies import DiscCompliance
+from cycloid_profile.contact.laws import STEEL, ContactLaw, LineContact, Material, Roark
+from cycloid_profile.contact.mesh import mesh_cycle
 from cycloid_profile.errors import LoadError
-from cycloid_profile.geometry.drive import Drive
-from cycloid_profile.geometry.profile import ToothProfile
+from cycloid_profile.geometry import Cranks, Drive, ToothProfile
 
 
 @dataclass(frozen=True, slots=True)
 class LoadCase:
-    """What a load-sharing solver needs.
+    """Input of a load-sharing solver.
 
     Parameters
     ----------
@@ -25,11 +25,12 @@ class LoadCase:
     disc_material, pin_material : elastic constants
     law : line-contact law
     disc_share : share of the torque that the classical scheme gives one disc
+    disc_bodies : compliance of each elastic disc; empty for rigid discs
 
     Raises
     ------
     LoadError
-        If the torque is zero or not finite, or the share outside (0, 1].
+        If the torque is zero or not finite, the share outside (0, 1], or ``disc_bodies`` not one a disc of this drive.
     """
 
     drive: Drive
@@ -39,6 +40,7 @@ class LoadCase:
     pin_material: Material = STEEL
     law: ContactLaw = field(default_factory=Roark)
     disc_share: float = 0.55
+    disc_bodies: tuple[DiscCompliance, ...] = ()
 
     def __post_init__(self) -> None:
         if not math.isfinite(self.torque) or self.torque == 0.0:
@@ -53,10 +55,28 @@ class LoadCase:
                 "two discs share ideally at 0.5, published schemes take 0.55",
             )
 
+        bearings = self.drive.support.count if isinstance(self.drive.support, Cranks) else 1
+        wanted = (self.drive.trochoid.lobes, bearings)
+        if self.disc_bodies and [(one.lobes, one.bearings) for one in self.disc_bodies] != [wanted] * self.drive.discs:
+            raise LoadError(
+                "disc_bodies", len(self.disc_bodies), f"are not {self.drive.discs} discs of {wanted[0]} lobes and "
+                f"{wanted[1]} bearings", "make one for each disc of this drive",
+            )  # fmt: skip
+
     @property
     def compliance(self) -> float:
         """C_E = Σ(1 − μ²)/E [1/MPa]."""
         return self.disc_material.compliance + self.pin_material.compliance
+
+    def cycle(self, poses: int) -> FloatArray:
+        """Crank angles over the least turn after which the load repeats, evenly spaced, shape (poses,) [rad].
+
+        With rigid discs that is a pin pitch, see ``mesh_cycle``; with elastic discs as many pitches as a sector of the
+        disc has lobes.
+        """
+        pitches = self.drive.trochoid.lobes // min((one.sectors for one in self.disc_bodies), default=1)
+        cycle: FloatArray = mesh_cycle(self.drive.trochoid, poses) * (pitches if self.disc_bodies else 1)
+        return cycle
 
     def line_contact(self, curvature: FloatArray) -> LineContact:
         """Contacts of the pins with a tooth of the given curvature [1/mm]."""

@@ -1,32 +1,39 @@
-"""From the keys of a spec file to geometry and loads in base units."""
+"""From the keys of a spec file to drive, tooth, load case, outline and reducer in base units."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
 
-from cycloid_profile.compensation.fixed_point import LoadSharingSolver
-from cycloid_profile.contact.case import LoadCase
-from cycloid_profile.contact.classical import Classical
-from cycloid_profile.contact.equilibrium import Equilibrium
-from cycloid_profile.contact.hertz import STEEL, Material
-from cycloid_profile.contact.laws import LAWS
+from cycloid_profile.compensation import Compensation, LoadSharingSolver, compensate, compensate_by
+from cycloid_profile.contact import LoadCase
+from cycloid_profile.contact.bodies import DiscCompliance, disc_compliance, read_disc_compliance
+from cycloid_profile.contact.disc import Classical, Equilibrium
+from cycloid_profile.contact.laws import LAWS, Material
 from cycloid_profile.contact.stage import StageEquilibrium
-from cycloid_profile.effects.built import Built
-from cycloid_profile.effects.effect import Effect
-from cycloid_profile.effects.registry import build, effect
-from cycloid_profile.errors import GeometryError, LoadError, SpecError
-from cycloid_profile.geometry.contour import Arc, Contour, circle
-from cycloid_profile.geometry.drive import CentralEccentric, Cranks, Drive, InvoluteStage
-from cycloid_profile.geometry.openings import keyed_bore, ring_of_holes, ring_of_windows
-from cycloid_profile.geometry.outline import DiscOutline, least_web
-from cycloid_profile.geometry.profile import ToothProfile
-from cycloid_profile.geometry.trochoid import Trochoid
-from cycloid_profile.modification.setup import Equidistant, FlankRotation, RadialMoving, modify
-from cycloid_profile.spec.disc import DiscSpec
-from cycloid_profile.spec.materials import MaterialSpec
-from cycloid_profile.spec.model import Spec
+from cycloid_profile.effects import AsBuiltReducer, Effect, build, effect
+from cycloid_profile.errors import CompensationError, GeometryError, LoadError, SolveError, SpecError
+from cycloid_profile.geometry import (
+    Arc,
+    CentralEccentric,
+    Contour,
+    Cranks,
+    DiscOutline,
+    Drive,
+    InvoluteStage,
+    ToothProfile,
+    Trochoid,
+    circular_contour,
+    keyed_bore,
+    least_web,
+    ring_of_holes,
+    ring_of_windows,
+)
+from cycloid_profile.modification import Equidistant, FlankRotation, RadialMoving, modify
+from cycloid_profile.spec.model import DiscSpec, MaterialSpec, Spec
 from cycloid_profile.units import ARCMIN, DEGREE, GPA, NEWTON_METRE, UM
 
 _KEYS = {
@@ -53,21 +60,17 @@ _SOLVERS: dict[str, LoadSharingSolver] = {
 STEEL_FATIGUE_LIMIT = 1500.0
 # Rated torque of an RV-40E per pin circle² × width × discs × modulus: a first guess where none is given.
 _TORQUE_PER_SIZE = 412e3 / (64.0**2 * 11.5 * 2 * 206e3)
+_LARGEST_DELTA_UM = 1000.0
 
 
 def drive_of(spec: Spec) -> Drive:
     """The nominal drive. Raises ``GeometryError`` with the key's name where it cannot exist."""
     d = spec.drive
-    support: Cranks | CentralEccentric = CentralEccentric(
-        d.eccentric.bearing_stiffness_n_per_mm, d.eccentric.bearing_play_um * UM
+    holder = d.eccentric if d.cranks is None else d.cranks
+    bearing = (holder.bearing_stiffness_n_per_mm, holder.bearing_play_um * UM)
+    support = (
+        CentralEccentric(*bearing) if d.cranks is None else Cranks(d.cranks.count, d.cranks.circle_radius_mm, *bearing)
     )
-    if d.cranks is not None:
-        support = Cranks(
-            d.cranks.count,
-            d.cranks.circle_radius_mm,
-            d.cranks.bearing_stiffness_n_per_mm,
-            d.cranks.bearing_play_um * UM,
-        )
     stage = d.first_stage
     first_stage = None if stage is None else InvoluteStage(stage.sun_teeth, stage.planet_teeth, stage.module_mm)
     with _key_names():
@@ -107,23 +110,103 @@ def load_case(spec: Spec, drive: Drive, profile: ToothProfile) -> LoadCase:
             torque=rated_torque(spec),
             disc_material=_material(spec.materials.disc),
             pin_material=_material(spec.materials.pin),
-            law=LAWS[spec.load.contact_law],
-            disc_share=_disc_share(spec),
+            law=LAWS[spec.load.law],
+            # Load share of one disc in the classical scheme.
+            disc_share=min(1.0, 1.1 / spec.drive.discs) if spec.load.disc_share is None else spec.load.disc_share,
+            disc_bodies=disc_bodies(spec, drive),
         )
 
 
-def built_of(spec: Spec, case: LoadCase) -> Built:
-    """The reducer of the spec with its ``[[effects]]``; raises ``SpecError`` where one cannot be."""
-    made: list[Effect] = []
+def disc_bodies(spec: Spec, drive: Drive) -> tuple[DiscCompliance, ...]:
+    """Compliance of each disc, nothing for rigid discs.
+
+    Raises
+    ------
+    LoadError
+        If a file cannot be read or does not fit the drive.
+    SpecError
+        If the disc cannot carry its own loads, or no file is given.
+    """
+    load = spec.load
+    if load.disc_body == "rigid":
+        return ()
+    if load.disc_body == "file":
+        if load.disc_body_file is None:
+            raise SpecError("load.disc_body", "file", "needs load.disc_body_file", "give the path of an .npz file")
+        count = drive.support.count if isinstance(drive.support, Cranks) else 1
+        one = read_disc_compliance(Path(load.disc_body_file), drive.trochoid.lobes, count)
+        return (one,) * drive.discs
+    material = _material(spec.materials.disc)
+    outline = disc_outline(spec, drive, drive.theoretical_profile)
+    # The carrier holds the openings of all discs alike, the eccentrics turn their teeth.
+    turned = 2.0 * math.pi / (drive.discs * drive.trochoid.lobes)
+    try:
+        return tuple(
+            disc_compliance(outline, material.youngs_modulus, material.poisson_ratio, drive.disc_width, j * turned)
+            for j in range(drive.discs)
+        )
+    except GeometryError:
+        thinnest_wall(outline)
+        raise
+
+
+def compensation_of(spec: Spec, case: LoadCase) -> tuple[Compensation | None, str | None]:
+    """Deformation compensation of a spec, and the reason for its refusal; either is None.
+
+    Raises ``SpecError`` where the wanted delta_max is outside 0 to 1000 µm.
+    """
+    wanted = spec.modification.deformation_compensation
+    if wanted is False or wanted == 0.0:
+        return None, None
+    if wanted is not True and not 0.0 < wanted <= _LARGEST_DELTA_UM:
+        raise SpecError(
+            "modification.deformation_compensation",
+            f"{wanted:.6g}",
+            f"is outside 0 to {_LARGEST_DELTA_UM:g}",
+            "give delta_max as a positive amount in µm",
+        )
+    try:
+        if wanted is True:
+            loaded = replace(case, torque=spec.modification.compensation_load_share * case.torque)
+            solver = spec.modification.compensation_solver or ("stage" if case.disc_bodies else "equilibrium")
+            return compensate(loaded, _SOLVERS[solver]), None
+        return compensate_by(case, wanted * UM), None
+    except (CompensationError, SolveError) as error:
+        return None, str(error)
+
+
+def reducer_with_effects(spec: Spec, case: LoadCase) -> AsBuiltReducer:
+    """The reducer with the ``[[effects]]`` of the spec; raises ``SpecError`` where one is impossible."""
+    effects: list[Effect] = []
     for i, table in enumerate(spec.effects):
         try:
-            made.append(effect(table))
+            effects.append(effect(table))
         except SpecError as error:
             raise error.renamed(f"effects[{i + 1}]: {error.what}") from None
     try:
-        return build(case, made)
+        return build(case, effects)
     except GeometryError as error:
         raise SpecError(f"effects: {error.what}", error.value, error.limit, "take smaller effects") from None
+
+
+def as_built_reducer(spec: Spec) -> AsBuiltReducer:
+    """The reducer of a spec with its effects, its tooth compensated where the spec asks for that.
+
+    Raises
+    ------
+    GeometryError, LoadError, SpecError
+        If the drive, its tooth or an effect cannot exist.
+    CompensationError
+        If the compensation asked for had to be refused.
+    """
+    drive = drive_of(spec)
+    case = load_case(spec, drive, conventional_profile(spec, drive))
+    compensation, refusal = compensation_of(spec, case)
+    if refusal is not None:
+        raise CompensationError(
+            "deformation compensation", "refused", f"({refusal})", "lower it or set it to false", " "
+        )
+    return reducer_with_effects(spec, case if compensation is None else replace(case, profile=compensation.profile))
 
 
 def rated_torque(spec: Spec) -> float:
@@ -135,16 +218,10 @@ def rated_torque(spec: Spec) -> float:
     return _TORQUE_PER_SIZE * d.pin_circle_radius_mm**2 * d.disc_width_mm * d.discs * modulus
 
 
-def _disc_share(spec: Spec) -> float:
-    """The share of the published schemes: a tenth more than an even one, all of it for a single disc."""
-    return min(1.0, 1.1 / spec.drive.discs) if spec.load.disc_share is None else spec.load.disc_share
-
-
 def allowable_pressure(spec: Spec) -> float | None:
-    """Allowable peak pressure [MPa]; None where the spec gives none and a body is no steel."""
+    """Allowable peak pressure [MPa]; None where the spec gives none and a body is not steel."""
     given = spec.load.allowable_pressure_mpa
-    bodies = (_material(spec.materials.disc), _material(spec.materials.pin))
-    steel = all(body.youngs_modulus > 0.9 * STEEL.youngs_modulus for body in bodies)
+    steel = _material(spec.materials.disc).is_steel and _material(spec.materials.pin).is_steel
     return STEEL_FATIGUE_LIMIT if given is None and steel else given
 
 
@@ -153,15 +230,10 @@ def output_speed(spec: Spec) -> float:
     return spec.load.output_speed_rpm * 2.0 * math.pi / 60.0
 
 
-def compensation_solver(spec: Spec) -> LoadSharingSolver:
-    """The solver that finds the deformation to compensate."""
-    return _SOLVERS[spec.modification.compensation_solver]
-
-
 def disc_outline(spec: Spec, drive: Drive, profile: ToothProfile) -> DiscOutline:
-    """Tooth curve with the openings; sizes that the spec leaves out are estimated from the room there is.
+    """Tooth curve with the openings; sizes that the spec leaves out are estimated from the space available.
 
-    Raises ``GeometryError`` with the key's name where a window or keyway cannot be.
+    Raises ``GeometryError`` with the key's name of an impossible window or keyway.
     """
     bare = DiscOutline(profile)
     cranks: tuple[Contour, ...] = ()
@@ -182,7 +254,7 @@ def _bore(disc: DiscSpec, radius: float) -> tuple[Contour, ...]:
     if radius <= 0.0:
         return ()
     if key is None:
-        return (circle("bore", 0j, radius),)
+        return (circular_contour("bore", 0j, radius),)
     first_at = key.first_at_deg * DEGREE
     return (keyed_bore("bore", radius, key.count, key.width_mm, key.depth_mm, key.corner_radius_mm, first_at),)
 
@@ -201,7 +273,7 @@ def _output_openings(disc: DiscSpec) -> tuple[Contour, ...]:
 
 
 def bearing_radius(outline: DiscOutline) -> float:
-    """Radius of the hole a crank bearing sits in: a crank hole, or the bore of a central eccentric [mm]."""
+    """Seat radius of a crank bearing: that of a crank hole, or of the bore of a central eccentric [mm]."""
     held = [hole.radius for hole in outline.holes if hole.name.startswith("crank hole")]
     for contour in outline.contours:
         if contour.name == "bore":
@@ -214,10 +286,7 @@ def thinnest_wall(outline: DiscOutline) -> tuple[float, str]:
     wall, place = least_web(outline)
     if wall <= 0.0:
         raise SpecError(
-            f"disc: wall between {place}",
-            f"{wall:.3f} mm",
-            "is not above zero",
-            "make the holes smaller or move them",
+            f"disc: wall between {place}", f"{wall:.3f} mm", "is not above zero", "make the holes smaller or move them"
         )
     return wall, place
 
@@ -228,7 +297,7 @@ def _material(material: MaterialSpec) -> Material:
 
 @contextmanager
 def _key_names() -> Iterator[None]:
-    """Tell geometry errors by the key of the spec file."""
+    """Name geometry errors by the key of the spec file."""
     try:
         yield
     except (GeometryError, LoadError) as error:

@@ -1,30 +1,22 @@
-"""All formats, and writing some of them."""
+"""Table of the export formats, and a function that writes selected formats."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from cycloid_profile.design.record import DesignRecord
-from cycloid_profile.errors import ExportError
-from cycloid_profile.export.assembly import StepAssemblyExporter
-from cycloid_profile.export.dmis import DmisExporter
+from cycloid_profile.design import DesignRecord
+from cycloid_profile.errors import ExportError, did_you_mean
+from cycloid_profile.export.cad import MeshExporter, StepAssemblyExporter, StepExporter
 from cycloid_profile.export.drawing import DrawingExporter
-from cycloid_profile.export.dxf import DxfExporter
-from cycloid_profile.export.dxf_arcs import ArcDxfExporter
-from cycloid_profile.export.gcode import GcodeExporter
-from cycloid_profile.export.gcode_path import GcodePathExporter
-from cycloid_profile.export.libraries import LibraryMissing
-from cycloid_profile.export.points import CmmExporter, ProfileCsvExporter
-from cycloid_profile.export.polar_program import PolarExporter
-from cycloid_profile.export.printing import MeshExporter
-from cycloid_profile.export.step import StepExporter
-from cycloid_profile.export.vdafs import VdaExporter
-from cycloid_profile.export.wire import WireExporter
-from cycloid_profile.export.written import Exporter, WrittenFile
+from cycloid_profile.export.dxf import ArcDxfExporter, DxfExporter
+from cycloid_profile.export.inspection import DmisExporter
+from cycloid_profile.export.nc import GcodeExporter, GcodePathExporter, PolarExporter, WireExporter
+from cycloid_profile.export.points import CmmExporter, ProfileCsvExporter, VdaExporter
+from cycloid_profile.export.writing import Exporter, LibraryMissing, WrittenFile
 from cycloid_profile.units import UM
 
-EXPORTERS: tuple[Exporter, ...] = (
+_ALL: tuple[Exporter, ...] = (
     ProfileCsvExporter(),
     DxfExporter(),
     ArcDxfExporter(),
@@ -41,26 +33,23 @@ EXPORTERS: tuple[Exporter, ...] = (
     DmisExporter(),
     VdaExporter(),
 )
+EXPORTERS: Mapping[str, Exporter] = {exporter.format: exporter for exporter in _ALL}
 
 
 def exporter_for(name: str) -> Exporter:
     """The exporter of a format. Raises ``ExportError`` for an unknown one."""
-    for exporter in EXPORTERS:
-        if exporter.format == name:
-            return exporter
-    known = ", ".join(exporter.format for exporter in EXPORTERS)
-    raise ExportError("format", f"'{name}'", "is not known", f"choose from {known}", " ")
+    if name not in EXPORTERS:
+        remedy = did_you_mean(name, EXPORTERS, f"choose from {', '.join(EXPORTERS)}")
+        raise ExportError("format", f"'{name}'", "is not known", remedy, " ")
+    return EXPORTERS[name]
 
 
 def write_formats(
     record: DesignRecord, formats: Sequence[str], folder: Path, progress: Callable[[str], None] = lambda _: None
 ) -> tuple[list[WrittenFile], dict[str, str]]:
-    """Write some formats into ``folder``; returns what was written, and what was skipped with the reason.
+    """Write ``formats`` into ``folder``; returns the written files, and the skipped formats with the reason.
 
-    Raises
-    ------
-    ExportError
-        If a file, read back, does not keep its promise.
+    Raises ``ExportError`` if a file, read back, exceeds its tolerance.
     """
     written: list[WrittenFile] = []
     skipped: dict[str, str] = {}
@@ -68,16 +57,15 @@ def write_formats(
         exporter = exporter_for(name)
         progress(f"writing {', '.join(exporter.filenames)}")
         try:
-            written += [kept_promise(file) for file in exporter.write(record, folder)]
+            written += [check_deviation(file) for file in exporter.write(record, folder)]
         except LibraryMissing as missing:
             skipped[name] = str(missing)
     return written, skipped
 
 
-def kept_promise(file: WrittenFile) -> WrittenFile:
-    """The file itself; raises ``ExportError`` where it lies further from the curve than it promises, or the curve
-    from it.
-    """
+def check_deviation(file: WrittenFile) -> WrittenFile:
+    """The given file, unchanged. Raises ``ExportError`` if its deviation, in either direction, exceeds its
+    tolerance."""
     if file.deviation is None or file.tolerance is None:
         return file
     worst = max(file.deviation.largest, file.deviation.from_curve or 0.0)

@@ -1,4 +1,4 @@
-"""The drive as drawn: pins, disc, and how the disc is held. Base units throughout."""
+"""The nominal drive: pins, disc and support of the disc. Base units throughout."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from dataclasses import dataclass
 
 from cycloid_profile.errors import GeometryError
 from cycloid_profile.geometry.profile import ToothProfile
-from cycloid_profile.geometry.trochoid import Trochoid
+from cycloid_profile.geometry.trochoid import Trochoid, require_positive
 
 
 @dataclass(frozen=True, slots=True)
 class Cranks:
     """Crank shafts of an RV reducer: ``count`` eccentrics on a circle of the carrier.
 
-    ``circle_radius`` [mm]; of each crank bearing against a disc ``bearing_stiffness``, radial [N/mm], and
-    ``bearing_play``, radial, half the diametral clearance [mm].
+    ``circle_radius`` [mm]; radial ``bearing_stiffness`` [N/mm] of each crank bearing against a disc, and its radial
+    ``bearing_play``, half the diametral clearance [mm].
     """
 
     count: int
@@ -26,24 +26,24 @@ class Cranks:
     def __post_init__(self) -> None:
         if self.count < 1:
             raise GeometryError("cranks.count", self.count, "is below 1", "give 2 or 3 crank shafts")
-        _refuse_not_positive("cranks.circle_radius", self.circle_radius, "mm")
-        _refuse_not_positive("bearing_stiffness", self.bearing_stiffness, "N/mm")
-        _refuse_negative_play(self.bearing_play)
+        require_positive("cranks.circle_radius", self.circle_radius, "mm")
+        require_positive("bearing_stiffness", self.bearing_stiffness, "N/mm")
+        _require_play(self.bearing_play)
 
 
 @dataclass(frozen=True, slots=True)
 class CentralEccentric:
-    """One eccentric bearing in the disc's centre; the disc turns the output through pins in holes.
+    """Support by one eccentric bearing in the disc's centre; the disc drives the output through pins in holes.
 
-    Of the eccentric bearing ``bearing_stiffness``, radial [N/mm], and ``bearing_play``, radial [mm].
+    ``bearing_stiffness`` [N/mm] and ``bearing_play`` [mm] of the eccentric bearing, both radial.
     """
 
     bearing_stiffness: float
     bearing_play: float = 0.0
 
     def __post_init__(self) -> None:
-        _refuse_not_positive("bearing_stiffness", self.bearing_stiffness, "N/mm")
-        _refuse_negative_play(self.bearing_play)
+        require_positive("bearing_stiffness", self.bearing_stiffness, "N/mm")
+        _require_play(self.bearing_play)
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,14 +55,19 @@ class InvoluteStage:
     module: float
 
     def __post_init__(self) -> None:
-        _refuse_not_positive("sun_teeth", self.sun_teeth, "teeth")
-        _refuse_not_positive("planet_teeth", self.planet_teeth, "teeth")
-        _refuse_not_positive("module", self.module, "mm")
+        require_positive("sun_teeth", self.sun_teeth, "teeth")
+        require_positive("planet_teeth", self.planet_teeth, "teeth")
+        require_positive("module", self.module, "mm")
 
     @property
     def tooth_ratio(self) -> float:
         """z1/z2, sun over planet."""
         return self.sun_teeth / self.planet_teeth
+
+    @property
+    def planet_radius(self) -> float:
+        """Pitch radius of a planet, m·z2/2 [mm]."""
+        return 0.5 * self.module * self.planet_teeth
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,13 +80,10 @@ class Drive:
     pin_radius : r_rp [mm]
     disc_width : width b of one disc [mm]
     discs : number of discs, evenly phased
-    support : what carries the discs
+    support : bearing of the discs
     first_stage : involute stage, or None when the eccentric is the input
 
-    Raises
-    ------
-    GeometryError
-        If pins overlap, the pin undercuts the tooth, or a length is not positive.
+    Raises ``GeometryError`` if pins overlap, the pin undercuts the tooth, or a length is not positive.
     """
 
     trochoid: Trochoid
@@ -92,10 +94,7 @@ class Drive:
     first_stage: InvoluteStage | None = None
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.disc_width) and self.disc_width > 0.0):
-            raise GeometryError(
-                "disc_width", f"{self.disc_width} mm", "is not a positive length", "give the face width of one disc"
-            )
+        require_positive("disc_width", self.disc_width, "mm", "give the face width of one disc")
         if self.discs < 1:
             raise GeometryError("discs", self.discs, "is below 1", "give at least one disc")
         if self.first_stage is not None and isinstance(self.support, CentralEccentric):
@@ -108,16 +107,13 @@ class Drive:
         self.theoretical_profile  # noqa: B018 - refuses a pin radius that is not positive or undercuts
         room = self.trochoid.pin_circle_radius * math.sin(math.pi / self.trochoid.pins)
         if self.pin_radius >= room:
-            raise GeometryError(
-                "pin_radius",
-                f"{self.pin_radius:.7g} mm",
-                f"makes neighbouring pins overlap, the limit is {room:.4f} mm",
-                "take thinner or fewer pins, or a larger pin circle",
-            )
+            limit = f"makes neighbouring pins overlap, the limit is {room:.4f} mm"
+            remedy = "take thinner or fewer pins, or a larger pin circle"
+            raise GeometryError("pin_radius", f"{self.pin_radius:.7g} mm", limit, remedy)
 
     @property
     def theoretical_profile(self) -> ToothProfile:
-        """The unmodified tooth: exact, with no clearance anywhere."""
+        """The unmodified tooth, exact and without clearance."""
         return ToothProfile(self.trochoid, self.pin_radius)
 
     @property
@@ -128,21 +124,16 @@ class Drive:
         return 1.0 + self.trochoid.pins / self.first_stage.tooth_ratio
 
 
-def set_up_amounts(drive: Drive, profile: ToothProfile) -> tuple[float, float]:
-    """Equidistant and radial-moving amounts of a ground tooth, read against the nominal drive [mm, mm].
+def modification_sizes(drive: Drive, profile: ToothProfile) -> tuple[float, float]:
+    """Equidistant and radial-moving modification of a ground tooth relative to the nominal drive [mm, mm].
 
-    Their sum is the radial clearance at root and tip: removals on the flanks vanish there.
+    Their sum is the radial clearance at root and tip, where removals on the flanks vanish.
     """
     equidistant = profile.pin_radius - drive.pin_radius
     return equidistant, drive.trochoid.pin_circle_radius - profile.trochoid.pin_circle_radius
 
 
-def _refuse_not_positive(name: str, value: float, unit: str) -> None:
-    if not (math.isfinite(value) and value > 0.0):
-        raise GeometryError(name, f"{value} {unit}", "is not positive", f"give a {name} above zero")
-
-
-def _refuse_negative_play(play: float) -> None:
+def _require_play(play: float) -> None:
     if not (math.isfinite(play) and play >= 0.0):
         raise GeometryError(
             "bearing_play", f"{play} mm", "is negative or not finite", "give half the diametral clearance, 0 for none"

@@ -1,4 +1,4 @@
-"""The whole disc: tooth curve and openings, and how much material is left between them."""
+"""The outline of a disc: tooth curve and openings, and the least wall between them."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from cycloid_profile._display import Described
 from cycloid_profile.geometry.contour import Contour
 from cycloid_profile.geometry.profile import ToothProfile
 from cycloid_profile.geometry.sampling import EqualArc, sample
@@ -16,7 +17,8 @@ if TYPE_CHECKING:
     from shapely import Polygon
 
 _POINTS_PER_LOBE = 120  # chords within 3 µm on an RV-40E, far below any web width
-_CHORDS = 1e-4  # mm, of openings that are not round; round ones are measured exactly
+_CHORDS = 1e-4  # mm, chord error of openings that are not round
+_NAMES_SHOWN = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,19 +30,30 @@ class Hole:
     radius: float
 
 
-@dataclass(frozen=True, slots=True)
-class DiscOutline:
-    """One disc, which every writer takes its lines from: the exact tooth curve, and closed ``contours`` of
-    lines and arcs round the openings: bore, crank holes, output holes, windows.
+@dataclass(frozen=True, slots=True, repr=False)
+class DiscOutline(Described):
+    """One disc: the exact tooth curve, and closed ``contours`` of lines and arcs round its openings.
+
+    Openings are bore, crank holes, output holes and windows.
     """
 
     profile: ToothProfile
     contours: tuple[Contour, ...] = ()
 
+    def _key_figures(self) -> dict[str, str]:
+        openings = ", ".join(contour.name for contour in self.contours[:_NAMES_SHOWN])
+        more = len(self.contours) - _NAMES_SHOWN
+        return {
+            "lobes": f"{self.profile.trochoid.lobes}",
+            "root radius": f"{self.root_radius:.6g} mm",
+            "tip radius": f"{self.tip_radius:.6g} mm",
+            "openings": (openings or "none") + (f" and {more} more" if more > 0 else ""),
+        }
+
     @property
     def holes(self) -> tuple[Hole, ...]:
         """The round openings."""
-        found = ((contour.name, contour.circle) for contour in self.contours)
+        found = ((contour.name, contour.full_circle_arc) for contour in self.contours)
         return tuple(Hole(name, arc.centre, arc.radius) for name, arc in found if arc is not None)
 
     @property
@@ -55,31 +68,28 @@ class DiscOutline:
 
 
 def least_web(outline: DiscOutline) -> tuple[float, str]:
-    """Thinnest wall between openings, or between one and the teeth, with its place [mm].
+    """Thinnest wall between openings, or between an opening and the teeth [mm], and its location.
 
-    Negative where they cut, by how far. Between round holes exact; else within some µm, from polygons.
-    Returns infinity for a disc without openings.
+    Negative by the depth of an intersection. Exact between round holes, within some µm otherwise; infinite for a
+    disc without openings.
     """
     from shapely import Polygon
 
     disc = Polygon(sample(outline.profile, EqualArc(_POINTS_PER_LOBE)).xy)
     polygons = [Polygon(_xy(contour)) for contour in outline.contours]
-    least, place = math.inf, "no holes"
+    walls = [(math.inf, "no holes")]
     for i, contour in enumerate(outline.contours):
-        rim = _rim(disc, contour, polygons[i])
-        if rim < least:
-            least, place = rim, f"{contour.name} and teeth"
-        for j in range(i + 1, len(polygons)):
-            web = _web(contour, polygons[i], outline.contours[j], polygons[j])
-            if web < least:
-                least, place = web, f"{contour.name} and {outline.contours[j].name}"
-    return float(least), place
+        walls.append((_wall_to_teeth(disc, contour, polygons[i]), f"{contour.name} and teeth"))
+        for other, polygon in zip(outline.contours[i + 1 :], polygons[i + 1 :], strict=True):
+            walls.append((_web(contour, polygons[i], other, polygon), f"{contour.name} and {other.name}"))
+    return min(walls, key=lambda wall: wall[0])
 
 
-def _rim(disc: Polygon, contour: Contour, polygon: Polygon) -> float:
+def _wall_to_teeth(disc: Polygon, contour: Contour, polygon: Polygon) -> float:
+    """Wall between an opening and the teeth, negative where they overlap [mm]."""
     from shapely import Point
 
-    arc = contour.circle
+    arc = contour.full_circle_arc
     if arc is None:
         return float(disc.exterior.distance(polygon)) if disc.contains(polygon) else -_beyond(contour, disc, False)
     centre = Point(arc.centre.real, arc.centre.imag)
@@ -87,7 +97,7 @@ def _rim(disc: Polygon, contour: Contour, polygon: Polygon) -> float:
 
 
 def _web(contour: Contour, polygon: Polygon, other: Contour, other_polygon: Polygon) -> float:
-    a, b = contour.circle, other.circle
+    a, b = contour.full_circle_arc, other.full_circle_arc
     if a is not None and b is not None:
         return abs(a.centre - b.centre) - a.radius - b.radius
     if not polygon.intersects(other_polygon):
@@ -96,7 +106,7 @@ def _web(contour: Contour, polygon: Polygon, other: Contour, other_polygon: Poly
 
 
 def _beyond(contour: Contour, polygon: Polygon, inside: bool) -> float:
-    """How far the contour reaches into the polygon, or out of it [mm]."""
+    """Depth of the contour ``inside`` the polygon, or its reach beyond it [mm]."""
     import shapely
 
     points: Any = shapely.points(_xy(contour))

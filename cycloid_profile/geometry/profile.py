@@ -1,28 +1,89 @@
-"""The tooth curve: the parallel curve of the trochoid, with further normal removal on the flanks."""
+"""The tooth curve: parallel curve of the trochoid with further normal removals on the flanks.
+
+Positive removes material. A removal symmetric about the tooth's axis may have a corner at root and tip; ``side`` then
+selects the smooth branch: +1 for the flank 0 < ψ < π, −1 for −π < ψ < 0.
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from cycloid_profile._display import Described, frame
 from cycloid_profile.arrays import ArrayLike, ComplexArray, FloatArray
 from cycloid_profile.errors import GeometryError
-from cycloid_profile.geometry.removal import NormalRemoval, RemovalJet, flank_side
-from cycloid_profile.geometry.trochoid import Trochoid
+from cycloid_profile.geometry.trochoid import Trochoid, require_positive
 
 _REVERSAL_GRID = 721
 
 
-@dataclass(frozen=True, slots=True)
-class ToothPoints:
-    """Points of a tooth curve with their direction and bending, all in the shape of ``phase`` [rad].
+class RemovalJet(NamedTuple):
+    """Normal removal h [mm] with its first and second derivative by phase [mm/rad, mm/rad²]."""
 
-    ``position`` is a complex number x + iy [mm]; ``frame`` the unit normal n of the trochoid there. In that
-    frame the curve runs ``along`` −i·n by g and recedes against n by dq per unit of phase: ``rise``, None
-    where the distance to the trochoid is constant. ``along_rate`` and ``rise_rate`` are their derivatives,
-    ``turn`` is dθ/dψ of the frame.
+    value: FloatArray
+    first: FloatArray
+    second: FloatArray
+
+
+class NormalRemoval(Protocol):
+    """A removal h(ψ) along the outward normal of the trochoid."""
+
+    @property
+    def whole_disc(self) -> bool:
+        """Whether the removal repeats once per revolution of the disc, 2π z_c, instead of on every lobe, 2π."""
+        ...
+
+    @property
+    def point_spacing(self) -> float | None:
+        """Phase between the points of a measured curve, which bounds its shortest wave; None for a formula [rad]."""
+        ...
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """Phases in [0, 2π) where the slope of h jumps [rad]."""
+        ...
+
+    def jet(self, phase: FloatArray, side: FloatArray, trochoid: Trochoid) -> RemovalJet:
+        """Removal and derivatives on the flank ``side`` (±1), in the shape of ``phase``."""
+        ...
+
+
+def flank_side(phase: ArrayLike) -> FloatArray:
+    """Flank of each phase: +1 for ψ in [0, π) modulo 2π, −1 for ψ in [π, 2π)."""
+    half_turns = np.floor(np.asarray(phase, dtype=np.float64) / math.pi)
+    return np.where(half_turns % 2 == 0, 1.0, -1.0)
+
+
+def point_figures(phase: FloatArray, position: ComplexArray) -> dict[str, str]:
+    """Number of points and their ranges of phase and radius, for a short ``repr``."""
+    figures = {"points": f"{position.size}"}
+    if position.size:
+        radius = np.abs(position)
+        figures["phase"] = f"{np.min(phase):.6g} to {np.max(phase):.6g} rad"
+        figures["radius"] = f"{np.min(radius):.6g} to {np.max(radius):.6g} mm"
+    return figures
+
+
+def point_frame(points: ToothPoints | PointCloud) -> Any:
+    """A ``pandas.DataFrame`` with one row per point: phase, coordinates, outward unit normal, curvature."""
+    z, n = np.ravel(points.position), np.ravel(points.normal)
+    phase, curvature = np.ravel(points.phase), np.ravel(points.curvature)
+    return frame(
+        {"psi_rad": phase, "x_mm": z.real, "y_mm": z.imag, "nx": n.real, "ny": n.imag, "curvature_per_mm": curvature}
+    )
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class ToothPoints(Described):
+    """Points of a tooth curve with derivatives, all in the shape of ``phase`` [rad].
+
+    ``position`` is x + iy [mm]; ``frame`` is the unit normal n of the trochoid at the same phase. The derivative
+    of the position by phase is (−i·``along`` − ``rise``)·n [mm/rad]. ``rise`` is None where the distance to the
+    trochoid is constant. ``along_rate`` and ``rise_rate`` are the derivatives of ``along`` and ``rise`` by phase
+    [mm/rad²]; ``turn`` is dθ/dψ, with θ the direction of n.
     """
 
     phase: FloatArray
@@ -33,6 +94,9 @@ class ToothPoints:
     along_rate: FloatArray
     rise: FloatArray | None = None
     rise_rate: FloatArray | None = None
+
+    def _key_figures(self) -> dict[str, str]:
+        return point_figures(self.phase, self.position)
 
     @property
     def first(self) -> ComplexArray:
@@ -46,8 +110,8 @@ class ToothPoints:
         """Second derivative of the position by phase [mm/rad²] (Eq. 8)."""
         if self.rise is None or self.rise_rate is None:
             return np.multiply(self.frame, self.turn * self.along - 1j * self.along_rate)
-        bend = self.turn * self.along - self.rise_rate - 1j * (self.along_rate + self.turn * self.rise)
-        return np.multiply(self.frame, bend)
+        second = self.turn * self.along - self.rise_rate - 1j * (self.along_rate + self.turn * self.rise)
+        return np.multiply(self.frame, second)
 
     @property
     def normal(self) -> ComplexArray:
@@ -55,82 +119,103 @@ class ToothPoints:
         if self.rise is None:
             return self.frame
         across: ComplexArray = np.multiply(self.frame, self.along - 1j * self.rise)
-        n: ComplexArray = across / np.hypot(self.along, self.rise)
-        return n
+        return across / np.hypot(self.along, self.rise)
 
     @property
     def curvature(self) -> FloatArray:
         """Signed curvature, negative where the tooth is convex [1/mm] (Eq. 10)."""
         if self.rise is None or self.rise_rate is None:
-            kappa: FloatArray = self.turn / self.along
-            return kappa
+            return self.turn / self.along
         g, dq = self.along, self.rise
-        bend = dq * (self.along_rate + self.turn * dq) + g * (self.turn * g - self.rise_rate)
-        bent: FloatArray = bend / (g * g + dq * dq) ** 1.5
-        return bent
+        numerator = dq * (self.along_rate + self.turn * dq) + g * (self.turn * g - self.rise_rate)
+        return numerator / (g * g + dq * dq) ** 1.5
 
     @property
     def xy(self) -> FloatArray:
         """Coordinates, shape (…, 2) [mm]."""
         return np.stack([self.position.real, self.position.imag], axis=-1)
 
+    def to_frame(self) -> Any:
+        """See ``point_frame``."""
+        return point_frame(self)
 
-@dataclass(frozen=True, slots=True)
-class ToothProfile:
+
+@dataclass(frozen=True, slots=True, repr=False)
+class PointCloud(Described):
+    """Points of a tooth curve, each array of shape (points,).
+
+    ``phase`` [rad]; ``position`` x + iy [mm]; outward unit ``normal`` nx + i·ny; ``curvature``, negative where the
+    tooth is convex [1/mm].
+    """
+
+    phase: FloatArray
+    position: ComplexArray
+    normal: ComplexArray
+    curvature: FloatArray
+
+    def _key_figures(self) -> dict[str, str]:
+        return point_figures(self.phase, self.position)
+
+    def to_frame(self) -> Any:
+        """See ``point_frame``."""
+        return point_frame(self)
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class ToothProfile(Described):
     """A disc's tooth curve (docs/theory.md, Eq. 7): P(ψ) = C(ψ) − (r + h(ψ)) n(ψ), ψ ∈ [0, 2π z_c).
 
     Parameters
     ----------
     trochoid : path of the *generating* pin centre (after a radial-moving modification)
     pin_radius : radius r of the *generating* pin (after an equidistant modification) [mm]
-    removals : further material taken off along the normal, summed
+    removals : further removals along the normal, summed
 
-    Raises
-    ------
-    GeometryError
-        If the pin radius is not positive or undercuts the tooth.
+    Raises ``GeometryError`` if the pin radius is not positive or undercuts the tooth.
     """
 
     trochoid: Trochoid
     pin_radius: float
     removals: tuple[NormalRemoval, ...] = ()
 
+    def _key_figures(self) -> dict[str, str]:
+        t = self.trochoid
+        names = ", ".join(type(removal).__name__ for removal in self.removals)
+        return {
+            "pins, lobes": f"{t.pins}, {t.lobes}",
+            "pin circle radius": f"{t.pin_circle_radius:.9g} mm",
+            "eccentricity": f"{t.eccentricity:.9g} mm",
+            "pin radius": f"{self.pin_radius:.9g} mm",
+            "removals": names or "none",
+        }
+
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.pin_radius) and self.pin_radius > 0.0):
-            raise GeometryError(
-                "pin_radius",
-                f"{self.pin_radius:.7g} mm",
-                "is not a positive length",
-                "give a pin radius above zero, and an equidistant modification smaller than it",
-            )
+        remedy = "give a pin radius above zero, and an equidistant modification smaller than it"
+        require_positive("pin_radius", self.pin_radius, "mm", remedy)
         limit = undercut_limit(self.trochoid)
         if self.pin_radius >= limit:
-            raise GeometryError(
-                "pin_radius",
-                f"{self.pin_radius:.7g} mm",
+            broken, remedy = (
                 f"is not below the undercut limit {limit:.4f} mm",
                 "take thinner pins or a smaller eccentricity",
             )
+            raise GeometryError("pin_radius", f"{self.pin_radius:.7g} mm", broken, remedy)
         if self.removals:
             self._refuse_reversal()
 
     def _refuse_reversal(self) -> None:
-        """A removal can turn the curve back on itself like an undercut, which the pin radius cannot tell."""
-        lobes = 1 if self.lobes_alike else self.trochoid.lobes
+        """Raise ``GeometryError`` where the removals reverse the curve, as an undercut does."""
+        lobes = 1 if self.identical_lobes else self.trochoid.lobes
         psi = np.linspace(0.0, 2.0 * math.pi * lobes, lobes * _REVERSAL_GRID)
         forward = self.at(psi).along
         if not float(np.min(forward)) > 0.0:
             worst = self.pin_radius + float(self.removal(psi).value[int(np.argmin(forward))])
-            raise GeometryError(
-                "pin_radius with removal",
-                f"{worst:.4f} mm",
-                "makes the tooth curve run backwards like an undercut",
-                "take smaller modification amounts",
-            )
+            limit = "makes the tooth curve run backwards like an undercut"
+            remedy = "take smaller modification amounts"
+            raise GeometryError("pin_radius with removal", f"{worst:.4f} mm", limit, remedy)
 
     @property
     def corners(self) -> tuple[float, ...]:
-        """Phases in [0, 2π) where the tangent turns suddenly [rad]; the same on every lobe."""
+        """Phases in [0, 2π) of tangent discontinuities [rad]; the same on every lobe."""
         return tuple(sorted({c for removal in self.removals for c in removal.corners}))
 
     def removal(self, phase: ArrayLike, side: FloatArray | None = None) -> RemovalJet:
@@ -144,8 +229,8 @@ class ToothProfile:
         return RemovalJet(h, dh, ddh)
 
     @property
-    def lobes_alike(self) -> bool:
-        """Whether every lobe is the same; false with a removal that goes once round the disc."""
+    def identical_lobes(self) -> bool:
+        """Whether all lobes are identical; false with a removal that repeats once per turn of the disc."""
         return not any(removal.whole_disc for removal in self.removals)
 
     def at(self, phase: ArrayLike, side: FloatArray | None = None, lobe: FloatArray | None = None) -> ToothPoints:
@@ -153,37 +238,32 @@ class ToothProfile:
 
         ``side`` (±1, in the shape of ``phase``) overrides which flank's smooth branch is used, which
         matters only at a corner. With ``lobe``, a whole number in the shape of ``phase``, the points are
-        those of phase + 2π·lobe seen from that lobe, as if it were turned to where lobe 0 stands.
+        those of phase + 2π·lobe, rotated from that lobe to lobe 0.
         """
         psi = np.asarray(phase, dtype=np.float64)
         path = self.trochoid.jet(psi)
         c = self.trochoid.pin_circle_radius / self.trochoid.lobes
-        if not self.removals:
-            q = self.pin_radius
-            return ToothPoints(
-                phase=psi,
-                position=path.centre - q * path.normal,
-                frame=path.normal,
-                turn=path.turn,
-                along=c * path.speed + q * path.turn,
-                along_rate=c * path.speed_rate + q * path.turn_rate,
-            )
-        h = self.removal(psi if lobe is None else psi + 2.0 * math.pi * lobe, side)
-        Q = self.pin_radius + h.value
+        Q: float | FloatArray = self.pin_radius
+        dh = ddh = None
+        along_rate = c * path.speed_rate
+        if self.removals:
+            h = self.removal(psi if lobe is None else psi + 2.0 * math.pi * lobe, side)
+            Q, dh, ddh = self.pin_radius + h.value, h.first, h.second
+            along_rate = along_rate + dh * path.turn
         return ToothPoints(
             phase=psi,
             position=path.centre - Q * path.normal,
             frame=path.normal,
             turn=path.turn,
             along=c * path.speed + Q * path.turn,
-            along_rate=c * path.speed_rate + h.first * path.turn + Q * path.turn_rate,
-            rise=h.first,
-            rise_rate=h.second,
+            along_rate=along_rate + Q * path.turn_rate,
+            rise=dh,
+            rise_rate=ddh,
         )
 
 
 def undercut_limit(trochoid: Trochoid) -> float:
-    """Largest pin radius that does not undercut: the least convex radius of the trochoid [mm].
+    """Largest pin radius that does not undercut: the smallest radius of curvature on its convex part [mm].
 
     Closed form of the stationary point, Eq. 11.
     """
@@ -195,6 +275,6 @@ def undercut_limit(trochoid: Trochoid) -> float:
     limit = math.inf
     for cos_psi in candidates:
         w2 = 1.0 + K1**2 - 2.0 * K1 * cos_psi
-        bend = (1.0 + z_p * K1**2) - K1 * (z_p + 1) * cos_psi
-        limit = min(limit, r_p * w2**1.5 / bend)
+        B = (1.0 + z_p * K1**2) - K1 * (z_p + 1) * cos_psi
+        limit = min(limit, r_p * w2**1.5 / B)
     return limit

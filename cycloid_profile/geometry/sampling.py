@@ -1,24 +1,24 @@
-"""How densely to sample a tooth: by chord error, or by equal arc, polar angle or angle of the normal.
+"""Sampling of a tooth: by chord error, or by equal arc length, polar angle or angle of the normal; point clouds.
 
-Every strategy places phases on one lobe, corners always among them; ``sample`` repeats them on all lobes.
+A sampling places phases on one lobe, corners always among them; ``sample`` repeats them on all lobes.
 """
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
-from cycloid_profile.arrays import FloatArray
+from cycloid_profile.arrays import ArrayLike, FloatArray
 from cycloid_profile.errors import GeometryError
-from cycloid_profile.geometry.profile import ToothPoints, ToothProfile
-from cycloid_profile.geometry.removal import flank_side
+from cycloid_profile.geometry.profile import PointCloud, ToothPoints, ToothProfile, flank_side
 
 _FINE = 2048  # grid per smooth piece on which densities are integrated
+_BLOCK = 16_384  # points; a block and its temporaries stay in the cache
 
 
 class Sampling(Protocol):
@@ -41,66 +41,69 @@ class ChordTolerance:
             raise GeometryError(
                 "chord tolerance", f"{self.tolerance} mm", "is not positive", "give a tolerance such as 0.05 µm"
             )
-        pieces = [self._piece(profile, a, b) for a, b in smooth_pieces(profile)]
-        return np.concatenate([piece[:-1] for piece in pieces])
-
-    def _piece(self, profile: ToothProfile, a: float, b: float) -> FloatArray:
-        psi = np.linspace(a, b, _FINE)
-        points = profile.at(psi, piece_side(a, b, psi))
-        arc_rate = np.abs(points.first)
-        # Sagitta of a chord is κ s²/8 (Eq. 41). Near an inflection κ vanishes but its slope does not: the floor
-        # stands in for the cubic term there.
-        bend = np.maximum(np.abs(points.curvature), 0.02 * float(np.max(np.abs(points.curvature))))
-        density = np.sqrt(bend / (8.0 * self.tolerance)) * arc_rate
-        count = max(2, math.ceil(_total(psi, density)))
-        while True:
-            nodes = equidistribute(psi, density, count)
-            if chord_error(profile, nodes) <= self.tolerance:
-                return nodes
-            count = math.ceil(count * 1.02) + 1
+        grids = [(np.linspace(a, b, _FINE), a, b) for a, b in smooth_pieces(profile)]
+        nodes = [chord_nodes(profile, psi, flank_of_interval(a, b, psi), self.tolerance) for psi, a, b in grids]
+        return np.concatenate([piece[:-1] for piece in nodes])
 
 
 @dataclass(frozen=True, slots=True)
-class EqualArc:
+class _EqualSpacing(ABC):
+    """``points_per_lobe`` points at equal steps of one quantity; with corners, equal on each smooth piece."""
+
+    points_per_lobe: int
+
+    @abstractmethod
+    def _rate(self, points: ToothPoints) -> FloatArray:
+        """Magnitude of the quantity's derivative by phase."""
+
+    def phases(self, profile: ToothProfile) -> FloatArray:
+        """See ``Sampling.phases``."""
+        pieces = smooth_pieces(profile)
+        least = 2 * len(pieces)
+        if self.points_per_lobe < least:
+            raise GeometryError(
+                "points per lobe", self.points_per_lobe, f"is below {least}", "ask for more points per lobe"
+            )
+        share = [self.points_per_lobe // len(pieces)] * len(pieces)
+        share[0] += self.points_per_lobe - sum(share)
+        nodes = []
+        for (a, b), count in zip(pieces, share, strict=True):
+            psi = np.linspace(a, b, 8 * _FINE)
+            nodes.append(equidistribute(psi, self._rate(profile.at(psi, flank_of_interval(a, b, psi))), count)[:-1])
+        return np.concatenate(nodes)
+
+
+class EqualArc(_EqualSpacing):
     """``points_per_lobe`` points at equal arc length; with corners, equal on each smooth piece."""
 
-    points_per_lobe: int
+    __slots__ = ()
 
-    def phases(self, profile: ToothProfile) -> FloatArray:
-        """See ``Sampling.phases``."""
-        return _spread(profile, self.points_per_lobe, lambda points: np.abs(points.first))
+    def _rate(self, points: ToothPoints) -> FloatArray:
+        return np.abs(points.first)
 
 
-@dataclass(frozen=True, slots=True)
-class EqualAngle:
+class EqualAngle(_EqualSpacing):
     """``points_per_lobe`` points at equal polar angle about the disc's centre."""
 
-    points_per_lobe: int
+    __slots__ = ()
 
-    def phases(self, profile: ToothProfile) -> FloatArray:
-        """See ``Sampling.phases``."""
-        return _spread(profile, self.points_per_lobe, lambda points: np.abs((points.first / points.position).imag))
+    def _rate(self, points: ToothPoints) -> FloatArray:
+        return np.abs((points.first / points.position).imag)
 
 
-@dataclass(frozen=True, slots=True)
-class EqualNormalAngle:
-    """``points_per_lobe`` points between which the normal turns by equal angles, either way.
+class EqualNormalAngle(_EqualSpacing):
+    """``points_per_lobe`` points between which the normal turns by equal angles: dense where curvature is large."""
 
-    Dense where the tooth bends, sparse about an inflection.
-    """
+    __slots__ = ()
 
-    points_per_lobe: int
-
-    def phases(self, profile: ToothProfile) -> FloatArray:
-        """See ``Sampling.phases``."""
-        return _spread(profile, self.points_per_lobe, lambda points: np.abs(points.curvature * points.first))
+    def _rate(self, points: ToothPoints) -> FloatArray:
+        return np.abs(points.curvature * points.first)
 
 
 def sample(profile: ToothProfile, sampling: Sampling) -> ToothPoints:
-    """Points all round the disc, in order of phase, first point not repeated.
+    """Points all round the disc in order of phase, the first point not repeated, each array of shape (points,).
 
-    The phases are those of one lobe. Where lobes are alike that one is computed and turned by −2π/z_c, so
-    that they are alike to the last bit of the turn.
+    ``sampling`` gives the phases of one lobe. Identical lobes are computed once and rotated by −2π/z_c.
     """
     psi = sampling.phases(profile)
     lobes = profile.trochoid.lobes
@@ -108,20 +111,20 @@ def sample(profile: ToothProfile, sampling: Sampling) -> ToothPoints:
     phase = psi + 2.0 * math.pi * m
     turn = np.exp(-2j * math.pi * m / lobes)
     each = np.broadcast_arrays(psi, flank_side(psi), m)
-    points = profile.at(psi) if profile.lobes_alike else profile.at(*each)
+    points = profile.at(psi) if profile.identical_lobes else profile.at(*each)
 
-    def round_disc(value: FloatArray | None) -> FloatArray | None:
+    def on_disc(value: FloatArray | None) -> Any:
         return None if value is None else np.broadcast_to(value, phase.shape).ravel()
 
     return ToothPoints(
         phase=phase.ravel(),
         position=(points.position * turn).ravel(),
         frame=(points.frame * turn).ravel(),
-        turn=np.broadcast_to(points.turn, phase.shape).ravel(),
-        along=np.broadcast_to(points.along, phase.shape).ravel(),
-        along_rate=np.broadcast_to(points.along_rate, phase.shape).ravel(),
-        rise=round_disc(points.rise),
-        rise_rate=round_disc(points.rise_rate),
+        turn=on_disc(points.turn),
+        along=on_disc(points.along),
+        along_rate=on_disc(points.along_rate),
+        rise=on_disc(points.rise),
+        rise_rate=on_disc(points.rise_rate),
     )
 
 
@@ -132,8 +135,8 @@ def smooth_pieces(profile: ToothProfile) -> list[tuple[float, float]]:
     return list(itertools.pairwise(edges))
 
 
-def piece_side(a: float, b: float, psi: FloatArray) -> FloatArray:
-    """Flank whose smooth branch covers the piece [a, b], in the shape of ``psi``: one branch on a half lobe."""
+def flank_of_interval(a: float, b: float, psi: FloatArray) -> FloatArray:
+    """Flank (±1) whose smooth branch covers the piece [a, b], in the shape of ``psi``."""
     if b - a < 1.5 * math.pi:
         return np.full_like(psi, 1.0 if 0.5 * (a + b) < math.pi else -1.0)
     return np.where(psi < math.pi, 1.0, -1.0)
@@ -152,8 +155,24 @@ def chord_error(profile: ToothProfile, nodes: FloatArray) -> float:
     return worst
 
 
-def _total(psi: FloatArray, density: FloatArray) -> float:
-    return float(np.trapezoid(density, psi))
+def chord_nodes(
+    profile: ToothProfile, grid: FloatArray, side: FloatArray, tolerance: float, growth: float = 1.02
+) -> FloatArray:
+    """Fewest phases along one smooth piece whose measured chord error stays within ``tolerance`` [mm].
+
+    ``grid`` holds phases from end to end of the piece [rad], ``side`` their flank, both of shape (points,); the number
+    of chords rises by the factor ``growth`` until the tolerance is met.
+    """
+    points = profile.at(grid, side)
+    curvature = np.abs(points.curvature)
+    # Sagitta of a chord is κ s²/8 (Eq. 41). Near an inflection κ vanishes but its slope does not: the lower
+    # limit replaces the cubic term there.
+    floored = np.maximum(curvature, 0.02 * float(np.max(curvature)))
+    density = np.sqrt(floored / (8.0 * tolerance)) * np.abs(points.first)
+    count = max(2, math.ceil(float(np.trapezoid(density, grid))))
+    while chord_error(profile, nodes := equidistribute(grid, density, count)) > tolerance:
+        count = math.ceil(growth * count) + 1
+    return nodes
 
 
 def equidistribute(psi: FloatArray, density: FloatArray, count: int) -> FloatArray:
@@ -165,17 +184,13 @@ def equidistribute(psi: FloatArray, density: FloatArray, count: int) -> FloatArr
     return nodes
 
 
-def _spread(profile: ToothProfile, points_per_lobe: int, rate: Callable[[ToothPoints], FloatArray]) -> FloatArray:
-    pieces = smooth_pieces(profile)
-    if points_per_lobe < 2 * len(pieces):
-        raise GeometryError(
-            "points per lobe", points_per_lobe, f"is below {2 * len(pieces)}", "ask for more points per lobe"
-        )
-    share = [points_per_lobe // len(pieces)] * len(pieces)
-    share[0] += points_per_lobe - sum(share)
-    placed = []
-    for (a, b), count in zip(pieces, share, strict=True):
-        psi = np.linspace(a, b, 8 * _FINE)
-        density = rate(profile.at(psi, piece_side(a, b, psi)))
-        placed.append(equidistribute(psi, density, count)[:-1])
-    return np.concatenate(placed)
+def point_cloud(profile: ToothProfile, phase: ArrayLike) -> PointCloud:
+    """Points at the given phases, shape (points,) [rad], computed in blocks; equal to ``ToothProfile.at``."""
+    psi = np.asarray(phase, dtype=np.float64)
+    position, normal = (np.empty(psi.shape, dtype=np.complex128) for _ in range(2))
+    curvature = np.empty(psi.shape)
+    for start in range(0, psi.size, _BLOCK):
+        cut = slice(start, start + _BLOCK)
+        points = profile.at(psi[cut])
+        position[cut], normal[cut], curvature[cut] = points.position, points.normal, points.curvature
+    return PointCloud(psi, position, normal, curvature)

@@ -1,4 +1,4 @@
-"""The path of a pin centre seen from the disc: the curve every tooth is parallel to.
+"""The path of a pin centre relative to the disc; every tooth is a parallel curve of it.
 
 Points are complex numbers x + iy in the disc frame (docs/conventions.md, "Disc frame").
 """
@@ -16,10 +16,10 @@ from cycloid_profile.errors import GeometryError
 
 
 class TrochoidJet(NamedTuple):
-    """All that a parallel curve needs of the trochoid at some phases, computed together.
+    """Pin centre, normal and derivatives of the trochoid, all in the shape of the phases (Eqs. 1–4).
 
-    ``centre`` C [mm] and ``normal`` n complex; ``speed`` w = 1/S with its derivative ``speed_rate``;
-    ``turn`` dθ/dψ and ``turn_rate`` d²θ/dψ² of the normal.
+    ``centre`` C(ψ) seen from the disc [mm] and outward unit ``normal`` n, complex; ``speed`` w = 1/S with its
+    derivative ``speed_rate``; ``turn`` dθ/dψ and ``turn_rate`` d²θ/dψ² of the normal's direction θ.
     """
 
     centre: ComplexArray
@@ -40,10 +40,7 @@ class Trochoid:
     pin_circle_radius : r_p [mm]
     eccentricity : a [mm]
 
-    Raises
-    ------
-    GeometryError
-        If a length is not positive and finite, there are fewer than 3 pins, or K1 ≥ 1.
+    Raises ``GeometryError`` if a length is not positive and finite, there are fewer than 3 pins, or K1 ≥ 1.
     """
 
     pins: int
@@ -54,9 +51,7 @@ class Trochoid:
         if self.pins < 3:
             raise GeometryError("pins", self.pins, "is below 3", "a disc needs at least two lobes")
         for name in ("pin_circle_radius", "eccentricity"):
-            length = getattr(self, name)
-            if not (math.isfinite(length) and length > 0.0):
-                raise GeometryError(name, f"{length} mm", "is not a positive length", f"give a {name} above zero")
+            require_positive(name, getattr(self, name), "mm")
         if self.short_width_ratio >= 1.0:
             raise GeometryError(
                 "short-width ratio K1 = eccentricity * pins / pin_circle_radius",
@@ -91,22 +86,22 @@ class Trochoid:
         return 2.0 * math.pi * self.lobes
 
     def jet(self, phase: ArrayLike) -> TrochoidJet:
-        """Path, normal and their rates, each in the shape of ``phase`` (Eqs. 1–4)."""
+        """See ``TrochoidJet``; ``phase`` ψ [rad]."""
         psi = np.asarray(phase, dtype=np.float64)
         K1, z_p, z_c = self.short_width_ratio, self.pins, self.lobes
-        # Two pairs of sine and cosine are all there is to look up: of ψ/2, which gives 1 − cosψ without loss
-        # of digits, and of ψ/z_c, by which both curve and normal turn.
+        # Two sine-cosine pairs suffice: of ψ/2, which gives 1 − cosψ without loss of digits, and of ψ/z_c, the
+        # rotation of both curve and normal.
         sin_half, cos_half = np.sin(0.5 * psi), np.cos(0.5 * psi)
         sin, versine = 2.0 * sin_half * cos_half, 2.0 * sin_half * sin_half
         slow = _complex(np.cos(psi / z_c), -np.sin(psi / z_c))
         w2 = (1.0 - K1) ** 2 + 2.0 * K1 * versine
         w = np.sqrt(w2)
-        bend = K1 * (z_p + 1)
-        turn = ((bend - (1.0 + z_p * K1**2)) - bend * versine) / (z_c * w2)
+        B = K1 * (z_p + 1)
+        turn = ((B - (1.0 + z_p * K1**2)) - B * versine) / (z_c * w2)
         r_p, a = self.pin_circle_radius, self.eccentricity
         K1_sin = K1 * sin
-        # Not slow * (...): to reuse a large temporary numpy swaps the factors, and then the last bit of a complex
-        # product would depend on how many points are asked for at once.
+        # Not slow * (...): numpy swaps the factors to reuse a large temporary, so that the last bit of a complex
+        # product would depend on the number of points.
         return TrochoidJet(
             centre=np.multiply(slow, _complex((r_p - a) + a * versine, a * sin)),
             normal=np.multiply(slow, _complex(((1.0 - K1) + K1 * versine) / w, K1_sin / w)),
@@ -120,26 +115,12 @@ class Trochoid:
         """w = 1/S = √(1 + K1² − 2 K1 cosψ), in the shape of ``phase`` (Eq. 2)."""
         K1 = self.short_width_ratio
         # 1 + K1² − 2K1cosψ loses digits near ψ = 0 when K1 is close to 1.
-        w: FloatArray = np.hypot(1.0 - K1, 2.0 * math.sqrt(K1) * np.sin(0.5 * np.asarray(phase, dtype=np.float64)))
-        return w
-
-    def pin_centre(self, phase: ArrayLike) -> ComplexArray:
-        """Pin centre C(ψ) seen from the disc, complex, in the shape of ``phase`` [mm] (Eq. 1)."""
-        return self.jet(phase).centre
-
-    def normal(self, phase: ArrayLike) -> ComplexArray:
-        """Outward unit normal of the trochoid, complex, in the shape of ``phase`` (Eq. 3)."""
-        return self.jet(phase).normal
-
-    def turning_rate(self, phase: ArrayLike) -> FloatArray:
-        """dθ/dψ of the normal's direction θ, in the shape of ``phase`` (Eq. 4)."""
-        return self.jet(phase).turn
+        return np.hypot(1.0 - K1, 2.0 * math.sqrt(K1) * np.sin(0.5 * np.asarray(phase, dtype=np.float64)))
 
     def lever_function(self, phase: ArrayLike) -> FloatArray:
         """sinψ·S, the lever arm over its longest value a z_c; in [−1, 1] (Eq. 6)."""
         psi = np.asarray(phase, dtype=np.float64)
-        lever: FloatArray = np.sin(psi) / self.speed_ratio(psi)
-        return lever
+        return np.sin(psi) / self.speed_ratio(psi)
 
     def lever_jet(self, phase: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
         """sinψ·S with its first and second derivative by phase, each in the shape of ``phase``."""
@@ -152,8 +133,14 @@ class Trochoid:
         return value, S**3 * slope, -value * (1.0 + 3.0 * K1 * S**4 * slope)
 
 
+def require_positive(name: str, value: float, unit: str, remedy: str | None = None) -> None:
+    """Raise ``GeometryError`` unless ``value`` is finite and above zero."""
+    if not (math.isfinite(value) and value > 0.0):
+        raise GeometryError(name, f"{value:.7g} {unit}", "is not positive", remedy or f"give a {name} above zero")
+
+
 def _complex(real: FloatArray, imag: FloatArray) -> ComplexArray:
-    """real + i·imag without the products."""
+    """real + i·imag, assembled without a complex product."""
     z = np.empty(real.shape, dtype=np.complex128)
     z.real, z.imag = real, imag
     return z

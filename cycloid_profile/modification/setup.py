@@ -1,14 +1,37 @@
-"""Changes of the grinding set-up, each turning one profile into another. Positive removes material."""
+"""Changes of the grinding set-up, each turning one profile into another.
+
+Positive removes material, except in ``DeformationCompensation``.
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import ClassVar, Protocol
 
+from cycloid_profile.arrays import FloatArray
 from cycloid_profile.errors import GeometryError
-from cycloid_profile.geometry.profile import ToothProfile
-from cycloid_profile.modification.flank import FlankRemoval
+from cycloid_profile.geometry import RemovalJet, ToothProfile, Trochoid
+
+
+@dataclass(frozen=True, slots=True)
+class FlankRemoval:
+    """h(ψ) = amount·|sinψ|·S: ``amount`` [mm] at ψ0, zero at root and tip (docs/theory.md, Eq. 15)."""
+
+    amount: float
+    whole_disc: ClassVar[bool] = False
+    point_spacing: ClassVar[None] = None
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """Root and tip, where |sinψ| has a corner."""
+        return (0.0, math.pi) if self.amount else ()
+
+    def jet(self, phase: FloatArray, side: FloatArray, trochoid: Trochoid) -> RemovalJet:
+        """Removal and derivatives on the flank ``side``, in the shape of ``phase``."""
+        value, first, second = trochoid.lever_jet(phase)
+        A = self.amount * side
+        return RemovalJet(A * value, A * first, A * second)
 
 
 class Modification(Protocol):
@@ -44,12 +67,12 @@ class RadialMoving:
 
 @dataclass(frozen=True, slots=True)
 class FlankRotation:
-    """Each flank turned about the disc's centre by ``angle`` [rad], away from its pin when positive (Eq. 15)."""
+    """Each flank rotated about the disc's centre by ``angle`` [rad], away from its pin when positive (Eq. 15)."""
 
     angle: float
 
     def apply(self, profile: ToothProfile) -> ToothProfile:
-        """The profile with both flanks turned: removal a z_c·angle·|sinψ|S."""
+        """The profile with each flank rotated by ``angle`` away from its pin: removal a z_c·angle·|sinψ|·S."""
         return _with_flank_removal(profile, profile.trochoid.longest_lever * self.angle)
 
 
@@ -69,12 +92,9 @@ class DeformationCompensation:
 
 
 def modify(profile: ToothProfile, *modifications: Modification) -> ToothProfile:
-    """Apply modifications one after the other; their order does not matter.
+    """Apply modifications in sequence; the result is independent of their order.
 
-    Raises
-    ------
-    GeometryError
-        If the modified tooth cannot exist (undercut, or a modification larger than the pin).
+    Raises ``GeometryError`` if the modified tooth cannot exist (undercut, or a modification larger than the pin).
     """
     for modification in modifications:
         profile = modification.apply(profile)
@@ -89,3 +109,19 @@ def _with_flank_removal(profile: ToothProfile, amount: float) -> ToothProfile:
     if amount == 0.0:
         return profile
     return replace(profile, removals=(*profile.removals, FlankRemoval(amount)))
+
+
+def conjugate_pair(trochoid: Trochoid, radial_clearance: float) -> tuple[Equidistant, RadialMoving]:
+    """Pair that keeps the flank nearly conjugate: almost no gap after take-up, so that many pins share load (Eq. 17).
+
+    It has backlash, which a flank rotation or deformation compensation reduces. ``radial_clearance`` Δj at root and
+    tip [mm].
+    """
+    s = math.sqrt(1.0 - trochoid.short_width_ratio**2)
+    return Equidistant(radial_clearance / (1.0 - s)), RadialMoving(-radial_clearance * s / (1.0 - s))
+
+
+def zero_backlash_pair(trochoid: Trochoid, radial_clearance: float) -> tuple[Equidistant, RadialMoving]:
+    """Pair with no backlash to first order; fewer pins share the load (Eq. 18). ``radial_clearance`` [mm]."""
+    s = math.sqrt(1.0 - trochoid.short_width_ratio**2)
+    return Equidistant(-radial_clearance * s / (1.0 - s)), RadialMoving(radial_clearance / (1.0 - s))

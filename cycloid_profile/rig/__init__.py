@@ -1,0 +1,33 @@
+"""Virtual test rig: the readings of a measuring machine or test bench, and their difference to measured files."""
+
+from cycloid_profile.rig.curves_over_turn import AngleMap as AngleMap
+from cycloid_profile.rig.curves_over_turn import TorqueSweep as TorqueSweep
+from cycloid_profile.rig.curves_over_turn import TransmissionError as TransmissionError
+from cycloid_profile.rig.curves_over_turn import backlash_map as backlash_map
+from cycloid_profile.rig.curves_over_turn import encoder_readings as encoder_readings
+from cycloid_profile.rig.curves_over_turn import lost_motion_map as lost_motion_map
+from cycloid_profile.rig.curves_over_turn import rigidity_map as rigidity_map
+from cycloid_profile.rig.curves_over_turn import spectrum as spectrum
+from cycloid_profile.rig.curves_over_turn import torque_sweep as torque_sweep
+from cycloid_profile.rig.curves_over_turn import transmission_error as transmission_error
+from cycloid_profile.rig.hysteresis import LOST_MOTION_SHARE as LOST_MOTION_SHARE
+from cycloid_profile.rig.hysteresis import Loop as Loop
+from cycloid_profile.rig.hysteresis import LoopFigures as LoopFigures
+from cycloid_profile.rig.hysteresis import evaluate_loop as evaluate_loop
+from cycloid_profile.rig.hysteresis import hysteresis_loop as hysteresis_loop
+from cycloid_profile.rig.linearised_curves import FirstOrder as FirstOrder
+from cycloid_profile.rig.prediction import LEAST_COMPARED_SHARE as LEAST_COMPARED_SHARE
+from cycloid_profile.rig.prediction import CurvePrediction as CurvePrediction
+from cycloid_profile.rig.prediction import predict_curve as predict_curve
+from cycloid_profile.rig.prediction import predict_curves as predict_curves
+from cycloid_profile.rig.registration import RegisteredScan as RegisteredScan
+from cycloid_profile.rig.registration import register_scan as register_scan
+from cycloid_profile.rig.residuals import MeasurementResidual as MeasurementResidual
+from cycloid_profile.rig.residuals import measurement_residual as measurement_residual
+from cycloid_profile.rig.reversal import ARTICLE_SPEED as ARTICLE_SPEED
+from cycloid_profile.rig.reversal import ReversalRun as ReversalRun
+from cycloid_profile.rig.reversal import reversal_run as reversal_run
+from cycloid_profile.rig.simulation import Settings as Settings
+from cycloid_profile.rig.simulation import key_figures as key_figures
+from cycloid_profile.rig.simulation import profile_scan as profile_scan
+from cycloid_profile.rig.simulation import simulate as simulate

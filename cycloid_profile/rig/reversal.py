@@ -1,35 +1,39 @@
-"""A run in the time domain whose input changes direction again and again (docs/rig.md, "Reversal run").
+"""A run in the time domain whose input reverses periodically (docs/rig.md, "Reversal run").
 
-One degree of freedom: the output's inertia hangs on the stage, whose static torque–twist curve acts between it
-and the input; the flank it rests on changes when the direction does.
+One degree of freedom: the inertia of the output on the stage, whose static torque–twist curve acts between it and the
+input; a reversal changes the loaded flank.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from cycloid_profile._display import Described, frame
 from cycloid_profile.arrays import FloatArray
-from cycloid_profile.contact.meshing import output_turn
 from cycloid_profile.contact.stage import StageEquilibrium
-from cycloid_profile.effects.built import Built
+from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.errors import SolveError
-from cycloid_profile.units import DEGREE
+from cycloid_profile.rig.curves_over_turn import touch_angles
+from cycloid_profile.units import ARCMIN, DEGREE
 
 # The article's drive V = 15000 sin(30 t) + 10890, whose unit is deg/s: 10890/6/121 = 15 rpm of the output.
 ARTICLE_SPEED = (15000.0 * DEGREE, 30.0, 10890.0 * DEGREE)
 _CURVE = np.concatenate([[1e-3, 0.003, 0.01], np.linspace(0.03, 1.6, 40)])
 _TOUCH_POSES = 240
 # The output follows when the other flank carries this share of the rated torque.
-_FOLLOWS = 1e-3
+_LEAST_FOLLOWING_SHARE = 1e-3
 _BINDS = 1e-8  # rad; half a nanometre on the flank
+_STEPS_PER_SECOND = 16000
 
 
-@dataclass(frozen=True, slots=True)
-class ReversalRun:
-    """The run and what was read of it.
+@dataclass(frozen=True, slots=True, repr=False)
+class ReversalRun(Described):
+    """The motion of a reversal run and the backlash read from it.
 
     ``time`` [s], ``input_angle`` [rad], ``lag`` of the output behind the ideal angle [rad] and ``torque`` through the
     stage [N·mm], shape (steps,). For each reversal: ``reversal_time`` of the input [s]; ``follow_time``, when the other
@@ -37,7 +41,7 @@ class ReversalRun:
     the ratio [rad].
     """
 
-    built: Built
+    reducer: AsBuiltReducer
     time: FloatArray
     input_angle: FloatArray
     lag: FloatArray
@@ -46,126 +50,136 @@ class ReversalRun:
     follow_time: FloatArray
     backlash: FloatArray
 
+    def to_frame(self) -> Any:
+        """Time [s], input angle, lag [rad] and torque through the stage [N·mm] by step, as a ``pandas.DataFrame``."""
+        return frame({name: getattr(self, name) for name in ("time", "input_angle", "lag", "torque")})
+
+    def _key_figures(self) -> dict[str, str]:
+        figures = {"duration": f"{self.time[-1]:.4g} s", "reversals": str(self.backlash.size)}
+        if self.backlash.size:
+            low, high = np.min(self.backlash) / ARCMIN, np.max(self.backlash) / ARCMIN
+            figures["backlash"] = f"{low:.4g}′ to {high:.4g}′"
+        return figures
+
+
+@dataclass(frozen=True, eq=False)
+class _ContactTorque:
+    """Static torque [N·mm] of the stage by the twist beyond first touch of either flank, with contact damping.
+
+    ``touch``, rotation at first touch of the forward and the backward flank at each ``angle`` of a closed turn of the
+    output, shape (2, angles) [rad]; ``largest_twist`` of the forward curve [rad].
+    """
+
+    forward: Callable[..., Any]
+    backward: Callable[..., Any]
+    angle: FloatArray
+    touch: FloatArray
+    largest_twist: float
+
+    def torque(self, output: float, lag: float, lag_rate: float, damping: float) -> float:
+        """Torque through the stage at an angle of the output and its ``lag`` behind the ideal angle [rad]."""
+        place = float(np.mod(output, 2.0 * math.pi))
+        for side, curve, touch in ((1.0, self.forward, self.touch[0]), (-1.0, self.backward, self.touch[1])):
+            twist = lag - float(np.interp(place, self.angle, touch))
+            if side * twist > 0.0:
+                # Damping grows with the contact: it must not pull where the flanks just touch.
+                damped = damping * lag_rate * min(1.0, side * 4.0 * twist / self.largest_twist)
+                return side * max(0.0, side * (float(curve(twist)) + damped))
+        return 0.0
+
 
 def reversal_run(
-    built: Built,
+    reducer: AsBuiltReducer,
     brake: float = 0.05,
     inertia: float = 0.05,
     damping: float = 0.2,
     duration: float = 1.2,
     speed: tuple[float, float, float] = ARTICLE_SPEED,
 ) -> ReversalRun:
-    """Turn the input by v(t) = A sin(ωt) + C, ``speed`` = (A [rad/s], ω [rad/s], C [rad/s]), and watch the output.
+    """Drive the input by v(t) = A sin(ωt) + C, ``speed`` = (A [rad/s], ω [rad/s], C [rad/s]), and record the output.
 
     ``brake`` is the load against motion as a share of the rated torque, ``inertia`` that of the output [kg·m²],
     ``damping`` the share of critical damping in the contact at rated stiffness, ``duration`` [s].
 
-    Raises
-    ------
-    SolveError
-        If the stage finds no equilibrium at some torque, or the integration fails.
+    Raises ``SolveError`` if the stage finds no equilibrium at some torque, or the integration fails.
     """
     from scipy.integrate import solve_ivp
-    from scipy.interpolate import PchipInterpolator
 
-    rated = abs(built.case.torque)
-    ratio = built.case.drive.reduction_ratio
-    stage = StageEquilibrium(as_built=built.parts)
-    shares = np.concatenate([-_CURVE[::-1], _CURVE])
-    curve = stage.at(built.case, np.zeros(shares.size), shares * rated)
-    if not curve.converged:
-        raise SolveError("reversal run", "not started", "for lack of an equilibrium", "check bearings and torque", " ")
-    # Twist beyond the touch of its own flank; where the touches stand depends on the angle of the output.
-    twist = curve.rotation - curve.touch + built.series_compliance * shares * rated
-    forward = PchipInterpolator(np.append(0.0, twist[_CURVE.size :]), np.append(0.0, _CURVE * rated), extrapolate=True)
-    backward = PchipInterpolator(
-        np.append(twist[: _CURVE.size], 0.0), np.append(-_CURVE[::-1] * rated, 0.0), extrapolate=True
-    )
-    angle, touch_forward, touch_backward = _touches(built, stage)
-    if np.any(touch_forward < touch_backward - _BINDS):
-        raise SolveError(
-            "reversal run", "not started", "because the reducer binds somewhere", "make more clearance", " "
-        )
+    rated, ratio = abs(reducer.case.torque), reducer.case.drive.reduction_ratio
+    spring = _spring(reducer)
     A, omega, C = speed
-    kg_mm2 = inertia * 1e6
-    stiffness = float(forward(twist[-1], 1))
     # N·mm and kg·mm² go with mm, kg·m/s² = N: the moment of 1 N·mm turns 1 kg·mm² by 1000 rad/s².
-    mass = kg_mm2 * 1e-3
-    c = 2.0 * damping * math.sqrt(stiffness * mass)
+    mass = inertia * 1e6 * 1e-3
+    c = 2.0 * damping * math.sqrt(float(spring.forward(spring.largest_twist, 1)) * mass)
 
     def input_angle(t: FloatArray | float) -> FloatArray:
-        turned: FloatArray = np.asarray(C * t - A / omega * (np.cos(omega * t) - 1.0))
-        return turned
+        return np.asarray(C * t - A / omega * (np.cos(omega * t) - 1.0))
 
     def input_speed(t: FloatArray | float) -> FloatArray:
-        rate: FloatArray = np.asarray(A * np.sin(omega * t) + C)
-        return rate
+        return np.asarray(A * np.sin(omega * t) + C)
 
-    def stage_torque(t: float, out: float, out_speed: float) -> float:
-        lag = out - float(input_angle(t)) / ratio
-        place = float(np.mod(out, 2.0 * math.pi))
-        high = lag - float(np.interp(place, angle, touch_forward))
-        low = lag - float(np.interp(place, angle, touch_backward))
-        rate = out_speed - float(input_speed(t)) / ratio
-        if high > 0.0:
-            pushed: float = float(forward(high)) + c * rate * min(1.0, 4.0 * high / twist[-1])
-            return max(0.0, pushed)
-        if low < 0.0:
-            pulled: float = float(backward(low)) + c * rate * min(1.0, -4.0 * low / twist[-1])
-            return min(0.0, pulled)
-        return 0.0
+    def torque_at(t: float, out: float, out_speed: float) -> float:
+        lag_rate = out_speed - float(input_speed(t)) / ratio
+        return spring.torque(out, out - float(input_angle(t)) / ratio, lag_rate, c)
 
     slow = 1e-3 * C / ratio
-    held = brake * rated
 
     def motion(t: float, state: FloatArray) -> list[float]:
         out, out_speed = state
-        return [out_speed, (-stage_torque(t, out, out_speed) - held * math.tanh(out_speed / slow)) / mass]
+        friction = brake * rated * math.tanh(out_speed / slow)
+        return [out_speed, (-torque_at(t, out, out_speed) - friction) / mass]
 
-    start = float(np.interp(0.0, angle, touch_backward))
-    steps = np.linspace(0.0, duration, int(16000 * duration) + 1)
+    steps = np.linspace(0.0, duration, int(_STEPS_PER_SECOND * duration) + 1)
     solved = solve_ivp(
-        motion, (0.0, duration), [start, C / ratio], method="LSODA", t_eval=steps, rtol=1e-7, atol=[1e-10, 1e-7],
-        max_step=5e-4,
+        motion, (0.0, duration), [float(spring.touch[1, 0]), C / ratio], method="LSODA", t_eval=steps, rtol=1e-7,
+        atol=[1e-10, 1e-7], max_step=5e-4,
     )  # fmt: skip
     if not solved.success:
         raise SolveError("reversal run", "stopped", f"with '{solved.message}'", "give more damping or inertia", " ")
     out, out_speed = solved.y
-    torque = np.array([stage_torque(*row) for row in zip(steps, out, out_speed, strict=True)])
-    at, after = _followed(steps, input_speed(steps), torque, _FOLLOWS * rated)
-    return ReversalRun(
-        built=built,
-        time=steps,
-        input_angle=input_angle(steps),
-        lag=out - input_angle(steps) / ratio,
-        torque=torque,
-        reversal_time=at,
-        follow_time=after,
-        backlash=np.abs(input_angle(after) - input_angle(at)) / ratio,
+    torque = np.array([torque_at(*row) for row in zip(steps, out, out_speed, strict=True)])
+    at, after = _followed(steps, input_speed(steps), torque, _LEAST_FOLLOWING_SHARE * rated)
+    angle = input_angle(steps)
+    backlash = np.abs(input_angle(after) - input_angle(at)) / ratio
+    return ReversalRun(reducer, steps, angle, out - angle / ratio, torque, at, after, backlash)
+
+
+def _spring(reducer: AsBuiltReducer) -> _ContactTorque:
+    """Torque–twist curves of both flanks, and their first touch over a turn of the output."""
+    from scipy.interpolate import PchipInterpolator
+
+    rated = abs(reducer.case.torque)
+    shares = np.concatenate([-_CURVE[::-1], _CURVE])
+    stage = StageEquilibrium(deviations=reducer.deviations)
+    curve = stage.at(reducer.case, np.zeros(shares.size), shares * rated)
+    if not curve.converged:
+        raise SolveError("reversal run", "not started", "for lack of an equilibrium", "check bearings and torque", " ")
+    # Twist beyond first touch of its own flank; the angle of the output decides where that touch is.
+    twist = curve.rotation - curve.touch + reducer.series_compliance * shares * rated
+    forward = PchipInterpolator(np.append(0.0, twist[_CURVE.size :]), np.append(0.0, _CURVE * rated), extrapolate=True)
+    backward = PchipInterpolator(
+        np.append(twist[: _CURVE.size], 0.0), np.append(-_CURVE[::-1] * rated, 0.0), extrapolate=True
     )
-
-
-def _touches(built: Built, stage: StageEquilibrium) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Output angles over a turn and where either flank touches there, the turn closed [rad]."""
-    crank = output_turn(built.case.drive.trochoid, _TOUCH_POSES)
-    small = 1e-3 * abs(built.case.torque)
-    solved = stage.at(built.case, np.tile(crank, 2), np.repeat([small, -small], _TOUCH_POSES))
-    forward, backward = solved.touch.reshape(2, _TOUCH_POSES)
+    touch = touch_angles(reducer, _TOUCH_POSES)
+    if np.any(touch[0] < touch[1] - _BINDS):
+        raise SolveError(
+            "reversal run", "not started", "because the reducer binds somewhere", "make more clearance", " "
+        )
     angle = 2.0 * math.pi * np.arange(_TOUCH_POSES + 1) / _TOUCH_POSES
-    return angle, np.append(forward, forward[0]), np.append(backward, backward[0])
+    return _ContactTorque(forward, backward, angle, np.append(touch, touch[:, :1], axis=1), float(twist[-1]))
 
 
 def _followed(time: FloatArray, speed: FloatArray, torque: FloatArray, least: float) -> tuple[FloatArray, FloatArray]:
-    """Times at which the input turns, and at which the other flank takes up the load after it [s].
+    """Times of the reversals of the input, and at which the other flank takes up the load afterwards [s].
 
-    A reversal after which it does not, before the input turns again, is left out.
+    Reversals without a flank change before the next reversal are omitted.
     """
     crossing = np.flatnonzero(speed[:-1] * speed[1:] < 0.0)
     turned = time[crossing] - speed[crossing] * (time[1] - time[0]) / (speed[crossing + 1] - speed[crossing])
     at, after = [], []
     for k, (i, t) in enumerate(zip(crossing, turned, strict=True)):
         end = crossing[k + 1] if k + 1 < crossing.size else time.size
-        # An input that turns backwards drives the output by a positive torque on the stage, and the other way round.
+        # A backward input drives the output by a positive torque on the stage, a forward input by a negative one.
         driving = -np.sign(speed[i + 1]) * torque[i:end] > least
         if np.any(driving) and not driving[0]:
             at.append(t)

@@ -1,0 +1,10 @@
+"""The spec file: TOML text to frozen, validated values and back."""
+
+from cycloid_profile.spec.io import SCHEMA_FILE as SCHEMA_FILE
+from cycloid_profile.spec.io import format_spec as format_spec
+from cycloid_profile.spec.io import key_reference as key_reference
+from cycloid_profile.spec.io import parse_spec as parse_spec
+from cycloid_profile.spec.io import read_spec as read_spec
+from cycloid_profile.spec.io import spec_schema as spec_schema
+from cycloid_profile.spec.model import Spec as Spec
+from cycloid_profile.spec.model._validation import validated as validated

@@ -1,0 +1,246 @@
+"""How the pins share the load: the result type of every load-sharing solver."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from enum import Enum
+from itertools import zip_longest
+from typing import Any
+
+import numpy as np
+
+from cycloid_profile._display import Described, frame
+from cycloid_profile.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from cycloid_profile.contact.case import LoadCase
+from cycloid_profile.contact.mesh import Meshing
+from cycloid_profile.units import ARCMIN, NEWTON_METRE
+
+
+class SolveStatus(Enum):
+    """How a solve ended; the value is the sentence shown."""
+
+    CONVERGED = "converged"
+    INTERFERENCE = "pin and disc overlap before any load: raise the clearance"
+    NO_CONTACT = "no first touch was found: check the modification amounts"
+    NOT_CONVERGED = "stopped at the step limit before converging: check the modification amounts"
+    LOST = "ran off to where no contact is: check torque, bearing stiffness and play"
+
+
+STATUSES = tuple(SolveStatus)
+
+
+@dataclass(frozen=True, slots=True)
+class StagePositions:
+    """Positions of the parts of a stage: ``rotation`` of the output, shape (poses,) [rad], and ``motion`` (x, y, θ) of
+    each disc from its nominal place, shape (poses, discs, 3) [mm, mm, rad]; ``foot`` of each pin on its tooth, shape
+    (poses, discs, pins), if known [rad]; forces ``load`` that deform elastic discs, see ``LoadSharing.load``, if known.
+    """
+
+    rotation: FloatArray
+    motion: FloatArray
+    foot: FloatArray | None = None
+    load: FloatArray | None = None
+
+    def poses(self, which: slice | IntArray) -> StagePositions:
+        """The place at some of the poses."""
+        foot, load = (None if each is None else each[which] for each in (self.foot, self.load))
+        return StagePositions(self.rotation[which], self.motion[which], foot, load)
+
+
+@dataclass(frozen=True, slots=True)
+class StageMotion:
+    """Displacements of the discs under load, and bearing forces.
+
+    ``meshing`` of all discs; ``motion`` (x, y, θ) of each disc from its nominal place, shape
+    (poses, discs, 3) [mm, mm, rad]; ``foot``, phase of the foot of each pin on its tooth [rad], and ``normal`` of each
+    pin contact, outwards from the disc, housing frame, shape (poses, discs, pins); ``bearing_force`` that the eccentric
+    puts on the disc, x + iy in the housing frame, shape (poses, discs, bearings of a disc) [N]; ``energy``, total
+    potential, shape (poses,) [N·mm].
+    """
+
+    meshing: Meshing
+    motion: FloatArray
+    foot: FloatArray
+    normal: ComplexArray
+    bearing_force: ComplexArray
+    energy: FloatArray
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class LoadSharing(Described):
+    """Load on the pins at one or more poses.
+
+    Arrays over poses × discs × pins; solvers of one disc on a held crank have one disc. ``phase`` ψ,
+    positive on the loaded flank of either direction [rad]; ``gap`` left when the first pin touches [mm];
+    ``approach`` of contact [mm], ``force`` [N] and peak ``pressure`` [MPa] under load; ``receded``, how far an elastic
+    disc gives way there [mm]; ``lever`` of the pin force about
+    the disc's centre, positive where it resists the torque [mm]; ``curvature`` of the tooth there, convex
+    negative [1/mm]; ``pin_stiffness`` dF/dδ [N/mm].
+
+    Arrays over poses: ``crank_angle`` of disc 1 [rad]; ``torque`` on the output, signed [N·mm];
+    ``rotation`` of the output from its nominal place with ``touch`` the part of it at first touch, signed
+    [rad]; ``torsional_stiffness`` dT/dΘ of the output [N·mm/rad]; ``residual``, largest error of the balances
+    of forces and moments over the torque; ``outcome``, an index into ``STATUSES``.
+
+    ``deformation`` of contact and disc together, shape (poses,): of one disc that at the critical phase, of a stage
+    the largest of its loaded pins [mm]. ``history`` holds (largest force [N], deformation [mm]) after each iteration.
+    ``stage`` is None where the crank is held.
+    """
+
+    case: LoadCase
+    solver: str
+    crank_angle: FloatArray
+    torque: FloatArray
+    phase: FloatArray
+    gap: FloatArray
+    approach: FloatArray
+    force: FloatArray
+    pressure: FloatArray
+    lever: FloatArray
+    curvature: FloatArray
+    pin_stiffness: FloatArray
+    receded: FloatArray
+    rotation: FloatArray
+    touch: FloatArray
+    torsional_stiffness: FloatArray
+    residual: FloatArray
+    outcome: IntArray
+    deformation: FloatArray
+    max_force: float
+    history: tuple[tuple[float, float], ...]
+    stage: StageMotion | None = None
+
+    def _key_figures(self) -> Mapping[str, str]:
+        poses, discs, pins = self.force.shape
+        return {
+            "solver": f"{self.solver}: {self.status.value}",
+            "contact law": self.case.law.name,
+            "poses × discs × pins": f"{poses} × {discs} × {pins}",
+            "largest pin force": f"{self.max_force:.1f} N",
+            "peak pressure": f"{self.max_pressure:.0f} MPa",
+            "loaded pins of a disc": f"{self.fewest_loaded_pins} to {self.loaded_pins}",
+            "twist": f"{np.max(np.abs(self.twist)) / ARCMIN:.4f}′",
+            "torsional stiffness": f"{np.min(self.torsional_stiffness) / NEWTON_METRE * ARCMIN:.1f} N·m/′",
+            "residual": f"{self.max_residual:.1e}",
+        }
+
+    def to_frame(self) -> Any:
+        """``pandas.DataFrame`` with one row per pose, disc and pin, all counted from 0; columns as the attributes."""
+        pose, disc, pin = (each.ravel() for each in np.indices(self.force.shape))
+        columns = {"pose": pose, "disc": disc, "pin": pin, "crank_angle": self.crank_angle[pose]}
+        names = ("phase", "gap", "approach", "force", "pressure", "lever", "curvature", "pin_stiffness", "receded")
+        return frame({**columns, **{name: getattr(self, name).ravel() for name in names}})
+
+    @property
+    def statuses(self) -> tuple[SolveStatus, ...]:
+        """How each pose ended."""
+        return tuple(STATUSES[i] for i in self.outcome)
+
+    @property
+    def status(self) -> SolveStatus:
+        """How the solve as a whole ended: the worst of the poses."""
+        return STATUSES[int(np.max(self.outcome))]
+
+    @property
+    def settled(self) -> BoolArray:
+        """Which poses have an answer, shape (poses,): overlap before load is reported, but solved."""
+        ok: BoolArray = self.outcome <= STATUSES.index(SolveStatus.INTERFERENCE)
+        return ok
+
+    @property
+    def converged(self) -> bool:
+        """Whether every pose has an answer."""
+        return bool(np.all(self.settled))
+
+    @property
+    def loaded(self) -> BoolArray:
+        """Which pins carry load; a force of the size of rounding does not count."""
+        carrying: BoolArray = self.force > 1e-9 * self.max_force
+        return carrying
+
+    @property
+    def loaded_pins(self) -> int:
+        """Most pins of one disc that carry at one pose."""
+        return int(np.max(np.sum(self.loaded, axis=-1)))
+
+    @property
+    def fewest_loaded_pins(self) -> int:
+        """Fewest pins of one disc that carry at one pose."""
+        return int(np.min(np.sum(self.loaded, axis=-1)))
+
+    @property
+    def max_pressure(self) -> float:
+        """Highest peak pressure [MPa]."""
+        return float(np.max(self.pressure))
+
+    @property
+    def delta_max(self) -> float:
+        """δmax, which a compensation adds to the tooth [mm]: with rigid discs the largest deformation of the poses.
+
+        With elastic discs the mean over the poses, which go through all carrier angles: a tooth meets its pins at each.
+        """
+        return float(np.mean(self.deformation) if self.case.disc_bodies else np.max(self.deformation))
+
+    @property
+    def max_residual(self) -> float:
+        """Largest residual of all poses."""
+        return float(np.max(self.residual))
+
+    @property
+    def place(self) -> StagePositions:
+        """Positions of the parts of a whole stage."""
+        assert self.stage is not None
+        return StagePositions(self.rotation, self.stage.motion, self.stage.foot, self.load)
+
+    @property
+    def load(self) -> FloatArray:
+        """Forces that deform elastic discs, shape (poses, forces) [N]: of the pins, disc by disc, then both components
+        of each bearing in the housing frame; without columns for rigid discs.
+        """
+        poses = len(self.force)
+        if not self.case.disc_bodies:
+            return np.zeros((poses, 0))
+        assert self.stage is not None
+        bearings = self.stage.bearing_force
+        both = np.stack([bearings.real, bearings.imag], axis=-1)
+        return np.concatenate([self.force.reshape(poses, -1), both.reshape(poses, -1)], axis=1)
+
+    @property
+    def twist(self) -> FloatArray:
+        """Rotation beyond first touch, shape (poses,), signed [rad]."""
+        beyond: FloatArray = self.rotation - self.touch
+        return beyond
+
+    @property
+    def iterations(self) -> int:
+        """Number of iterations."""
+        return len(self.history)
+
+
+def joined(blocks: list[LoadSharing]) -> LoadSharing:
+    """Blocks of one case as one result."""
+    if len(blocks) == 1:
+        return blocks[0]
+    first = blocks[0]
+    arrays: dict[str, Any] = {
+        field.name: np.concatenate([getattr(block, field.name) for block in blocks])
+        for field in fields(LoadSharing)
+        if isinstance(getattr(first, field.name), np.ndarray)
+    }
+    rounds = zip_longest(*(block.history for block in blocks), fillvalue=(0.0, 0.0))
+    return replace(
+        first,
+        **arrays,
+        max_force=max(block.max_force for block in blocks),
+        history=tuple((max(f for f, _ in each), max(d for _, d in each)) for each in rounds),
+        stage=None if first.stage is None else _joined_stages([block.stage for block in blocks if block.stage]),
+    )
+
+
+def _joined_stages(blocks: list[StageMotion]) -> StageMotion:
+    names = ("motion", "foot", "normal", "bearing_force", "energy")
+    return StageMotion(
+        meshing=Meshing.of_blocks([block.meshing for block in blocks]),
+        **{name: np.concatenate([getattr(block, name) for block in blocks]) for name in names},
+    )

@@ -1,0 +1,486 @@
+"""Least energy of one pose of a stage, compiled by numba; imported inside functions only.
+
+Deformations e = e₀ + J q − C y of all contacts and bearings follow from the motion q and, in elastic discs, from the
+forces y that deform them (docs/theory.md, Eqs. 37, 81). Rigid discs have an empty C.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from cycloid_profile.arrays import FloatArray, IntArray
+from cycloid_profile.contact.laws._kernels import response
+from cycloid_profile.contact.laws.compiled import CompiledLaw
+
+NEWTON_STEPS = 80
+HALVINGS = 40
+ARMIJO = 1e-4
+# Energies this close, relative, differ by rounding alone.
+ROUNDING = 1e-13
+# A trace of damping keeps the matrix regular while a disc is unloaded between pins or within the play of its bearings.
+DAMPING = 1e-9
+
+
+class PoseProblem(NamedTuple):
+    """One pose: ``constant`` of each contact (``contact_constant``) and ``gap``, shape (discs, pins); ``frame``
+    (3, discs, pins), normal and lever; ``own`` as ``SupportModel.disc_unknowns``; ``spring_stretch`` and ``stretch`` as
+    in ``StageEnergy``, of this pose; ``compliance`` C of the discs, shape (forces, forces) or (0, 0) [mm/N].
+
+    Forces are those of the pins, disc by disc, then the two components of each bearing.
+    """
+
+    law: CompiledLaw
+    constant: FloatArray
+    gap: FloatArray
+    frame: FloatArray
+    own: IntArray
+    spring_stretch: FloatArray
+    stretch: FloatArray
+    bearing_stiffness: float
+    play: float
+    torque: float
+    rotation: float
+    arm: FloatArray
+    compliance: FloatArray
+
+
+class Workspace(NamedTuple):
+    """Arrays of one search: ``stiffness`` of the pins, ``now`` the stretch of the bearings, ``force`` of all; rows of
+    ``motions`` (4 + unknowns, unknowns) and, for elastic discs alone, of ``forces`` (7, forces); the others as in
+    ``factorised`` and ``through``.
+    """
+
+    stiffness: FloatArray
+    now: FloatArray
+    force: FloatArray
+    motions: FloatArray
+    forces: FloatArray
+    full: FloatArray
+    wide: FloatArray
+    place: IntArray
+    weight: FloatArray
+    square: FloatArray
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def workspace(discs: int, pins: int, bearings: int, unknowns: int, elastic: bool) -> Workspace:  # pragma: no cover
+    """Arrays for a search of this size."""
+    n = discs * pins + 2 * bearings
+    m = n if elastic else 0
+    return Workspace(
+        np.zeros((discs, pins)), np.zeros((bearings, 2)), np.zeros(n), np.zeros((4 + unknowns, unknowns)),
+        np.zeros((7, m)), np.zeros((m, 1 + unknowns)), np.zeros((m, 1 + unknowns)), np.zeros((m, 2), np.int64),
+        np.zeros((m, 2)), np.zeros((m, m)),
+    )  # fmt: skip
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def least_energy(  # pragma: no cover - compiled, out of the sight of the coverage tool
+    problem: PoseProblem, tolerance: float, step: FloatArray, load: FloatArray, work: Workspace
+) -> float:
+    """Newton from ``step`` and the forces ``load`` that deform the discs, both replaced by those of least energy; the
+    imbalance there. ``load`` is empty for rigid discs.
+    """
+    unknowns, elastic = step.size, problem.compliance.size > 0
+    trial, direction, gradient, found = work.motions[0], work.motions[1], work.motions[2], work.motions[3]
+    hessian = work.motions[4:]
+    if elastic:
+        receded, more_load, receding, new_load, new_receded = (
+            work.forces[0], work.forces[1], work.forces[2], work.forces[3], work.forces[4],
+        )  # fmt: skip
+        times(problem.compliance, load, receded)
+    else:
+        receded = more_load = receding = new_load = new_receded = load
+    energy = energy_at(problem, step, receded, gradient, work) + stored_in_discs(load, receded)
+    off: float = imbalance(problem, gradient, load, work)
+    for _ in range(NEWTON_STEPS):
+        if not (off >= tolerance and off < np.inf):
+            break
+        if elastic:
+            slope = elastic_direction(problem, gradient, load, hessian, direction, more_load, work)
+            times(problem.compliance, more_load, receding)
+        else:
+            fill_hessian(problem, work, hessian)
+            damp(hessian, problem.arm)
+            solve(hessian, gradient, direction)
+            slope = 0.0
+        for a in range(unknowns):
+            slope += gradient[a] * direction[a]
+        slack = ROUNDING * (abs(energy) + abs(problem.torque * problem.rotation))
+        fraction, lower = 1.0, energy
+        for _ in range(HALVINGS):
+            for a in range(unknowns):
+                trial[a] = step[a] + fraction * direction[a]
+            for i in range(load.size):
+                new_load[i] = load[i] + fraction * more_load[i]
+                new_receded[i] = receded[i] + fraction * receding[i]
+            lower = energy_at(problem, trial, new_receded, found, work) + stored_in_discs(new_load, new_receded)
+            if not lower > energy + ARMIJO * fraction * slope + slack:
+                break
+            fraction *= 0.5
+        energy = lower
+        for a in range(unknowns):
+            step[a], gradient[a] = trial[a], found[a]
+        for i in range(load.size):
+            load[i], receded[i] = new_load[i], new_receded[i]
+        off = imbalance(problem, gradient, load, work)
+    return off
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def times(matrix: FloatArray, vector: FloatArray, product: FloatArray) -> None:  # pragma: no cover
+    """``product`` of a symmetric matrix and a vector with many zeros."""
+    product[:] = 0.0
+    for j in range(vector.size):
+        if vector[j] != 0.0:
+            for i in range(vector.size):
+                product[i] += matrix[j, i] * vector[j]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def stored_in_discs(load: FloatArray, receded: FloatArray) -> float:  # pragma: no cover
+    """Strain energy ½ yᵀ C y of the discs."""
+    energy = 0.0
+    for i in range(load.size):
+        energy += 0.5 * load[i] * receded[i]
+    return energy
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def imbalance(
+    problem: PoseProblem, gradient: FloatArray, load: FloatArray, work: Workspace
+) -> float:  # pragma: no cover
+    """Largest generalised force out of balance, as a moment over the torque; infinite where one is NaN.
+
+    In elastic discs also the largest difference between a force and the one that deforms the disc.
+    """
+    worst: float = 0.0
+    for a in range(gradient.size):
+        worst = max(worst, abs(gradient[a]) * problem.arm[a])
+        if math.isnan(gradient[a]):
+            return np.inf
+    longest = np.max(problem.arm)
+    for i in range(load.size):
+        worst = max(worst, abs(work.force[i] - load[i]) * longest)
+    relative: float = worst / abs(problem.torque)
+    return relative
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def energy_at(  # pragma: no cover
+    problem: PoseProblem, step: FloatArray, receded: FloatArray, gradient: FloatArray, work: Workspace
+) -> float:
+    """Energy of contacts, bearings and torque at a step, the discs ``receded`` by C y; fills the gradient by the motion
+    and, in ``work``, all forces, the stiffnesses of the pins and the stretch of the bearings.
+    """
+    frame, own, stretched = problem.frame, problem.own, problem.spring_stretch
+    discs, pins = problem.gap.shape
+    elastic = receded.size > 0
+    gradient[:] = 0.0
+    energy: float = -problem.torque * (problem.rotation + step[0])
+    gradient[0] = -problem.torque
+    for d in range(discs):
+        x, y, t = step[own[d, 0]], step[own[d, 1]], step[own[d, 2]]
+        fx, fy, m = 0.0, 0.0, 0.0
+        for k in range(pins):
+            delta = frame[0, d, k] * x + frame[1, d, k] * y + frame[2, d, k] * t - problem.gap[d, k]
+            if elastic:
+                delta -= receded[d * pins + k]
+            if not delta > 0.0:
+                work.force[d * pins + k], work.stiffness[d, k] = 0.0, 0.0
+                continue
+            F, rate, stored = response(problem.law, problem.constant[d, k], delta)
+            energy += stored
+            work.force[d * pins + k], work.stiffness[d, k] = F, rate
+            fx += F * frame[0, d, k]
+            fy += F * frame[1, d, k]
+            m += F * frame[2, d, k]
+        gradient[own[d, 0]] += fx
+        gradient[own[d, 1]] += fy
+        gradient[own[d, 2]] += m
+    for s in range(len(stretched)):
+        first = discs * pins + 2 * s
+        sx, sy = problem.stretch[s, 0], problem.stretch[s, 1]
+        for a in range(step.size):
+            sx += stretched[s, 0, a] * step[a]
+            sy += stretched[s, 1, a] * step[a]
+        if elastic:
+            sx -= receded[first]
+            sy -= receded[first + 1]
+        work.now[s, 0], work.now[s, 1] = sx, sy
+        length = math.sqrt(sx * sx + sy * sy)
+        work.force[first], work.force[first + 1] = 0.0, 0.0
+        if length > problem.play:
+            beyond = length - problem.play
+            energy += 0.5 * problem.bearing_stiffness * beyond * beyond
+            share = problem.bearing_stiffness * beyond / length
+            work.force[first], work.force[first + 1] = share * sx, share * sy
+            for a in range(step.size):
+                gradient[a] += share * (stretched[s, 0, a] * sx + stretched[s, 1, a] * sy)
+    return energy
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def fill_hessian(problem: PoseProblem, work: Workspace, hessian: FloatArray) -> None:  # pragma: no cover
+    """Second derivative of the energy with rigid discs, where ``energy_at`` left stiffnesses and stretch."""
+    hessian[:] = 0.0
+    frame, own, stretched = problem.frame, problem.own, problem.spring_stretch
+    discs, pins = work.stiffness.shape
+    unknowns = len(hessian)
+    for d in range(discs):
+        for k in range(pins):
+            rate = work.stiffness[d, k]
+            if rate > 0.0:
+                for a in range(3):
+                    for b in range(3):
+                        hessian[own[d, a], own[d, b]] += rate * frame[a, d, k] * frame[b, d, k]
+    for s in range(len(stretched)):
+        ux, uy, along, across = bearing_tangent(problem, work.now[s, 0], work.now[s, 1])
+        xx, yy = across + (along - across) * ux * ux, across + (along - across) * uy * uy
+        xy = (along - across) * ux * uy
+        for a in range(unknowns):
+            ax, ay = stretched[s, 0, a], stretched[s, 1, a]
+            if ax == 0.0 and ay == 0.0:
+                continue
+            bx, by = xx * ax + xy * ay, xy * ax + yy * ay
+            for b in range(unknowns):
+                hessian[a, b] += bx * stretched[s, 0, b] + by * stretched[s, 1, b]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def bearing_tangent(
+    problem: PoseProblem, sx: float, sy: float
+) -> tuple[float, float, float, float]:  # pragma: no cover
+    """Direction of a bearing's stretch, and its stiffness along and across it [N/mm]."""
+    length = math.sqrt(sx * sx + sy * sy)
+    if length > problem.play and length > 0.0:
+        stiffness = problem.bearing_stiffness
+        return sx / length, sy / length, stiffness, stiffness * (1.0 - problem.play / length)
+    free = problem.bearing_stiffness if problem.play == 0.0 else 0.0
+    return 1.0, 0.0, free, free
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def elastic_direction(  # pragma: no cover
+    problem: PoseProblem,
+    gradient: FloatArray,
+    load: FloatArray,
+    hessian: FloatArray,
+    direction: FloatArray,
+    more_load: FloatArray,
+    work: Workspace,
+) -> float:
+    """Newton's ``direction`` of the motion and ``more_load`` of the forces that deform the discs, solved together
+    (docs/theory.md, Eq. 82); the slope of the energy along the forces.
+    """
+    n, unknowns = load.size, direction.size
+    recede, change, right = work.forces[5], work.forces[6], work.motions[0]
+    for i in range(n):
+        more_load[i] = work.force[i] - load[i]
+    times(problem.compliance, more_load, recede)
+    motion_columns(problem, work.full)
+    for i in range(n):
+        work.full[i, unknowns] = -recede[i]
+    count = factorised(problem, work)
+    through(work, count, unknowns + 1)
+    for a in range(unknowns):
+        right[a] = gradient[a]
+        for i in range(count):
+            right[a] += work.wide[i, a] * work.wide[i, unknowns]
+        for b in range(unknowns):
+            hessian[a, b] = 0.0
+            for i in range(count):
+                hessian[a, b] += work.wide[i, a] * work.wide[i, b]
+    damp(hessian, problem.arm)
+    solve(hessian, right, direction)
+    for i in range(count):
+        change[i] = work.wide[i, unknowns]
+        for a in range(unknowns):
+            change[i] += work.wide[i, a] * direction[a]
+    back(work, count, change, more_load)
+    slope = 0.0
+    for i in range(n):
+        slope -= recede[i] * more_load[i]
+    return slope
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def motion_columns(problem: PoseProblem, full: FloatArray) -> None:  # pragma: no cover
+    """Fill the first columns of ``full`` with J, the deformation of contacts and bearings per motion."""
+    own, frame, stretched = problem.own, problem.frame, problem.spring_stretch
+    discs, pins = problem.gap.shape
+    unknowns = problem.arm.size
+    full[:, :unknowns] = 0.0
+    for d in range(discs):
+        for k in range(pins):
+            for a in range(3):
+                full[d * pins + k, own[d, a]] += frame[a, d, k]
+    for s in range(len(stretched)):
+        full[discs * pins + 2 * s, :unknowns] = stretched[s, 0]
+        full[discs * pins + 2 * s + 1, :unknowns] = stretched[s, 1]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def factorised(problem: PoseProblem, work: Workspace) -> int:  # pragma: no cover
+    """Fill the columns of D, the root of the stiffness K = D Dᵀ of contacts and bearings, and the lower half L of
+    ``square``, L Lᵀ = I + Dᵀ C D; the number of columns.
+
+    The stiffness with elastic discs is K (I + C K)⁻¹ = D (L Lᵀ)⁻¹ Dᵀ. A column has at most two entries, ``weight`` at
+    ``place``.
+    """
+    place, weight, square, C = work.place, work.weight, work.square, problem.compliance
+    discs, pins = problem.gap.shape
+    count = 0
+    for d in range(discs):
+        for k in range(pins):
+            if work.stiffness[d, k] > 0.0:
+                place[count, :] = d * pins + k
+                weight[count, 0], weight[count, 1] = math.sqrt(work.stiffness[d, k]), 0.0
+                count += 1
+    for s in range(len(problem.stretch)):
+        ux, uy, along, across = bearing_tangent(problem, work.now[s, 0], work.now[s, 1])
+        first = discs * pins + 2 * s
+        for stiffness, x, y in ((along, ux, uy), (across, -uy, ux)):
+            if stiffness > 0.0:
+                root = math.sqrt(stiffness)
+                place[count, 0], place[count, 1] = first, first + 1
+                weight[count, 0], weight[count, 1] = root * x, root * y
+                count += 1
+    for i in range(count):
+        i0, i1, x, y = place[i, 0], place[i, 1], weight[i, 0], weight[i, 1]
+        for j in range(i + 1):
+            j0, j1 = place[j, 0], place[j, 1]
+            total = x * (C[i0, j0] * weight[j, 0] + C[i0, j1] * weight[j, 1])
+            total += y * (C[i1, j0] * weight[j, 0] + C[i1, j1] * weight[j, 1])
+            if i == j:
+                total += 1.0
+            for c in range(j):
+                total -= square[i, c] * square[j, c]
+            square[i, j] = math.sqrt(total) if i == j else total / square[j, j]
+    return count
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def through(work: Workspace, count: int, columns: int) -> None:  # pragma: no cover
+    """``wide`` = L⁻¹ Dᵀ ``full``, its first ``columns``."""
+    for i in range(count):
+        i0, i1, x, y = work.place[i, 0], work.place[i, 1], work.weight[i, 0], work.weight[i, 1]
+        for c in range(columns):
+            total = x * work.full[i0, c] + y * work.full[i1, c]
+            for j in range(i):
+                total -= work.square[i, j] * work.wide[j, c]
+            work.wide[i, c] = total / work.square[i, i]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def back(work: Workspace, count: int, change: FloatArray, added: FloatArray) -> None:  # pragma: no cover
+    """Add D L⁻ᵀ ``change`` to ``added``; ``change`` is overwritten."""
+    for i in range(count - 1, -1, -1):
+        for j in range(i + 1, count):
+            change[i] -= work.square[j, i] * change[j]
+        change[i] /= work.square[i, i]
+        added[work.place[i, 0]] += work.weight[i, 0] * change[i]
+        added[work.place[i, 1]] += work.weight[i, 1] * change[i]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def damp(hessian: FloatArray, arm: FloatArray) -> None:  # pragma: no cover
+    """Add a trace to the diagonal."""
+    largest = 0.0
+    for a in range(arm.size):
+        largest = max(largest, hessian[a, a])
+    for a in range(arm.size):
+        hessian[a, a] += DAMPING * largest / (arm[a] * arm[a])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def solve(matrix: FloatArray, right: FloatArray, found: FloatArray) -> None:  # pragma: no cover
+    """``found`` = −matrix⁻¹·``right`` by Cholesky's factors, written over the lower half of ``matrix``."""
+    n = right.size
+    for a in range(n):
+        for b in range(a + 1):
+            total = matrix[a, b]
+            for c in range(b):
+                total -= matrix[a, c] * matrix[b, c]
+            if a == b:
+                matrix[a, a] = math.sqrt(total)
+            else:
+                matrix[a, b] = total / matrix[b, b]
+    for a in range(n):
+        total = -right[a]
+        for c in range(a):
+            total -= matrix[a, c] * found[c]
+        found[a] = total / matrix[a, a]
+    for a in range(n - 1, -1, -1):
+        total = found[a]
+        for c in range(a + 1, n):
+            total -= matrix[c, a] * found[c]
+        found[a] = total / matrix[a, a]
+
+
+class StageArrays(NamedTuple):
+    """``PoseProblem`` of many poses: the same fields with poses first, but for ``law``, ``own``, ``bearing_stiffness``
+    and ``arm``.
+    """
+
+    law: CompiledLaw
+    constant: FloatArray
+    gap: FloatArray
+    frame: FloatArray
+    own: IntArray
+    spring_stretch: FloatArray
+    stretch: FloatArray
+    bearing_stiffness: float
+    play: FloatArray
+    torque: FloatArray
+    rotation: FloatArray
+    arm: FloatArray
+    compliance: FloatArray
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def pose_problem(stage: StageArrays, p: int) -> PoseProblem:  # pragma: no cover
+    """Pose ``p`` of many."""
+    return PoseProblem(
+        stage.law, stage.constant[p], stage.gap[p], stage.frame[p], stage.own, stage.spring_stretch[p],
+        stage.stretch[p], stage.bearing_stiffness, stage.play[p], stage.torque[p], stage.rotation[p], stage.arm,
+        stage.compliance[p],
+    )  # fmt: skip
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def least_energies(
+    stage: StageArrays, tolerance: float, step: FloatArray, load: FloatArray
+) -> None:  # pragma: no cover
+    """``least_energy`` of every pose; ``step`` shape (poses, unknowns), ``load`` (poses, forces or 0)."""
+    poses, discs, pins = stage.gap.shape
+    work = workspace(discs, pins, stage.stretch.shape[1], step.shape[1], load.shape[1] > 0)
+    for p in range(poses):
+        least_energy(pose_problem(stage, p), tolerance, step[p], load[p], work)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def elastic_stiffness_times(
+    stage: StageArrays, load: FloatArray, deformation: FloatArray, force: FloatArray
+) -> None:  # pragma: no cover
+    """Fill ``force`` K (I + C K)⁻¹ ``deformation``, shape (poses, forces, columns), of elastic discs under ``load``."""
+    poses, discs, pins = stage.gap.shape
+    unknowns, columns = stage.arm.size, deformation.shape[2]
+    work = workspace(discs, pins, stage.stretch.shape[1], max(unknowns, columns), True)
+    still, gradient, change = np.zeros(unknowns), np.zeros(unknowns), work.forces[0]
+    for p in range(poses):
+        problem = pose_problem(stage, p)
+        times(problem.compliance, load[p], work.forces[1])
+        energy_at(problem, still, work.forces[1], gradient, work)
+        work.full[:, :columns] = deformation[p]
+        count = factorised(problem, work)
+        through(work, count, columns)
+        for c in range(columns):
+            for i in range(count):
+                change[i] = work.wide[i, c]
+            force[p, :, c] = 0.0
+            back(work, count, change, force[p, :, c])

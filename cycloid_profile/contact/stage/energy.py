@@ -1,0 +1,243 @@
+"""Energy of the stage with gaps linearised at a configuration, and its minimum (docs/theory.md, Eqs. 36–38, 81).
+
+Pins push but never pull, and bearings have play: the energy is convex with a continuous first derivative.
+A Newton search that never raises the energy therefore ends at its only minimum.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
+from cycloid_profile.contact.bodies import SupportModel
+from cycloid_profile.contact.case import LoadCase
+from cycloid_profile.contact.laws import ContactLaw, LineContact, compiled_law, contact_constants
+from cycloid_profile.contact.mesh import Gaps
+
+if TYPE_CHECKING:
+    from cycloid_profile.contact.stage._kernels import StageArrays
+
+
+class EnergyPoint(NamedTuple):
+    """Energy, forces and stiffnesses of each pose at one displacement.
+
+    ``energy`` shape (poses,) [N·mm]; ``gradient`` shape (poses, unknowns), the generalised forces out of
+    balance; ``approach`` [mm], ``force`` [N] and ``stiffness`` [N/mm] of the pins, shape (poses, discs, pins);
+    ``receded``, how far an elastic disc gives way at each pin, of the same shape [mm];
+    ``stretch`` [mm] and ``bearing_force`` [N] of the bearings, shape (poses, bearings, 2).
+    """
+
+    energy: FloatArray
+    gradient: FloatArray
+    approach: FloatArray
+    force: FloatArray
+    stiffness: FloatArray
+    receded: FloatArray
+    stretch: FloatArray
+    bearing_force: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class StageEnergy:
+    """Π(u) of Eqs. 37 and 81 about the displacement at which the gaps were taken.
+
+    ``law`` and ``contact`` of the pins, ``gap`` [mm] and their frames ``normal_x``, ``normal_y``, ``lever``
+    [mm], shape (poses, discs, pins); ``disc_unknowns`` and ``spring_stretch`` as in ``SupportModel``;
+    ``stretch`` of the bearings there, shape (poses, bearings, 2) [mm]; ``bearing_stiffness`` [N/mm] and
+    ``play``, one or shape (poses, 1) [mm]; ``torque`` shape (poses,) and carrier ``rotation`` there [N·mm, rad];
+    ``arm`` as in ``SupportModel``.
+
+    ``compliance`` of elastic discs, shape (poses, forces, forces) [mm/N], and the forces ``load`` that deform them,
+    shape (poses, forces) [N]: of the pins, disc by disc, then the two components of each bearing. Rigid discs have no
+    forces, both arrays are empty.
+    """
+
+    law: ContactLaw
+    contact: LineContact
+    gap: FloatArray
+    normal_x: FloatArray
+    normal_y: FloatArray
+    lever: FloatArray
+    disc_unknowns: IntArray
+    spring_stretch: FloatArray
+    stretch: FloatArray
+    bearing_stiffness: float
+    play: float | FloatArray
+    torque: FloatArray
+    rotation: FloatArray
+    arm: FloatArray
+    compliance: FloatArray
+    load: FloatArray
+
+    @classmethod
+    def about(
+        cls,
+        case: LoadCase,
+        support: SupportModel,
+        gaps: Gaps,
+        u: FloatArray,
+        torque: FloatArray,
+        compliance: FloatArray,
+        load: FloatArray,
+    ) -> StageEnergy:
+        """Energy about unknowns ``u`` of ``support``, shape (poses, unknowns), where the pins have these ``gaps``."""
+        return cls(
+            law=case.law,
+            contact=case.line_contact(gaps.curvature),
+            gap=gaps.gap,
+            normal_x=gaps.normal.real.copy(),
+            normal_y=gaps.normal.imag.copy(),
+            lever=gaps.lever,
+            disc_unknowns=support.disc_unknowns,
+            spring_stretch=support.spring_stretch,
+            stretch=support.misfit + np.einsum("psdu,pu->psd", support.spring_stretch, u),
+            bearing_stiffness=support.stiffness,
+            play=support.play,
+            torque=torque,
+            rotation=u[:, 0],
+            arm=support.arm,
+            compliance=compliance,
+            load=load,
+        )
+
+    def poses(self, which: BoolArray) -> StageEnergy:
+        """The energy of the poses that ``which`` selects."""
+        one_for_all = {"law", "contact", "disc_unknowns", "bearing_stiffness", "arm"}
+        if not isinstance(self.play, np.ndarray):
+            one_for_all.add("play")
+        cut = {f.name: getattr(self, f.name)[which] for f in fields(self) if f.name not in one_for_all}
+        return replace(self, **cut, contact=replace(self.contact, curvature=self.contact.curvature[which]))
+
+    def at(self, step: FloatArray) -> EnergyPoint:
+        """Energy and forces a ``step`` away, shape (poses, unknowns) [mm, rad], the discs under their ``load``."""
+        moved = step[:, self.disc_unknowns][..., np.newaxis, :]
+        receded, at_bearings = self._receded()
+        approach = self.normal_x * moved[..., 0] + self.normal_y * moved[..., 1] + self.lever * moved[..., 2] - self.gap
+        approach -= receded
+        touching = approach > 0.0
+        force, stiffness, stored = (np.zeros_like(approach) for _ in range(3))
+        force[touching], stiffness[touching], stored[touching] = self.law.response(
+            approach[touching], self.contact.at(touching)
+        )
+        on_disc = np.stack(
+            [np.einsum("pdk,pdk->pd", force, along) for along in (self.normal_x, self.normal_y, self.lever)], axis=-1
+        )
+        stretch = self.stretch + np.einsum("psdu,pu->psd", self.spring_stretch, step) - at_bearings
+        length = np.hypot(stretch[..., 0], stretch[..., 1])
+        beyond = np.maximum(length - self.play, 0.0)
+        share = np.where(length > self.play, beyond / np.where(length > 0.0, length, 1.0), 0.0)
+        bearing_force = self.bearing_stiffness * share[..., np.newaxis] * stretch
+        gradient = np.einsum("psdu,psd->pu", self.spring_stretch, bearing_force)
+        for j, own in enumerate(self.disc_unknowns):
+            gradient[:, own] += on_disc[:, j]
+        gradient[:, 0] -= self.torque
+        energy = np.sum(stored, axis=(1, 2)) + 0.5 * self.bearing_stiffness * np.sum(beyond**2, axis=1)
+        energy += 0.5 * np.einsum("pi,pij,pj->p", self.load, self.compliance, self.load)
+        energy -= self.torque * (self.rotation + step[:, 0])
+        return EnergyPoint(energy, gradient, approach, force, stiffness, receded, stretch, bearing_force)
+
+    def _receded(self) -> tuple[FloatArray, FloatArray]:
+        """How far the discs give way at pins, shape of ``gap``, and at bearings, shape of ``stretch`` [mm]."""
+        if not self.load.size:
+            return np.zeros_like(self.gap), np.zeros_like(self.stretch)
+        every = np.einsum("pij,pj->pi", self.compliance, self.load)
+        pins = self.gap[0].size
+        return every[:, :pins].reshape(self.gap.shape), every[:, pins:].reshape(self.stretch.shape)
+
+    @property
+    def by_motion(self) -> FloatArray:
+        """J, deformation of pins and bearings per motion, shape (poses, forces, unknowns)."""
+        poses, discs, pins = self.gap.shape
+        found = np.zeros((poses, discs, pins, self.arm.size))
+        for j, own in enumerate(self.disc_unknowns):
+            for unknown, along in zip(own, (self.normal_x, self.normal_y, self.lever), strict=True):
+                found[:, j, :, unknown] += along[:, j]
+        bearings = self.spring_stretch.reshape(poses, -1, self.arm.size)
+        return np.concatenate([found.reshape(poses, -1, self.arm.size), bearings], axis=1)
+
+    def stiffness_times(self, point: EnergyPoint, deformation: FloatArray) -> FloatArray:
+        """Forces of pins and bearings due to small deformations, shape (poses, forces, columns): K (I + C K)⁻¹ times
+        each column, K the stiffness of contacts and bearings alone (Eq. 82).
+        """
+        if self.load.size:
+            from cycloid_profile.contact.stage._kernels import elastic_stiffness_times
+
+            found = np.empty_like(deformation)
+            elastic_stiffness_times(self.arrays(), self.load, np.ascontiguousarray(deformation), found)
+            return found
+        pins = point.stiffness.reshape(len(deformation), -1, 1)
+        at = deformation[:, pins.shape[1] :].reshape(*point.stretch.shape, -1)
+        bearings = np.einsum("psde,psec->psdc", self.bearing_tangent(point), at)
+        flat = bearings.reshape(len(deformation), -1, deformation.shape[2])
+        return np.concatenate([pins * deformation[:, : pins.shape[1]], flat], axis=1)
+
+    def hessian(self, point: EnergyPoint) -> FloatArray:
+        """Second derivative of the energy by the motion, the discs deformed by what presses on them; shape
+        (poses, unknowns, unknowns), positive semidefinite.
+        """
+        J = self.by_motion
+        total: FloatArray = np.swapaxes(J, 1, 2) @ self.stiffness_times(point, J)
+        return total
+
+    def bearing_tangent(self, point: EnergyPoint) -> FloatArray:
+        """Tangent stiffness of each bearing, shape (poses, bearings, 2, 2) [N/mm].
+
+        A bearing has its full stiffness along its stretch, and 1 − play/stretch of it across the stretch.
+        """
+        length = np.hypot(point.stretch[..., 0], point.stretch[..., 1])
+        pressed = (length > self.play) & (length > 0.0)
+        safe = np.where(pressed, length, 1.0)
+        unit = np.where(pressed[..., np.newaxis], point.stretch, 0.0) / safe[..., np.newaxis]
+        across = np.where(pressed, 1.0 - self.play / safe, np.equal(self.play, 0.0))[..., np.newaxis, np.newaxis]
+        outer = unit[..., :, np.newaxis] * unit[..., np.newaxis, :]
+        tangent: FloatArray = self.bearing_stiffness * (across * np.eye(2) + (1.0 - across) * outer)
+        return tangent
+
+    def imbalance(self, point: EnergyPoint) -> FloatArray:
+        """Largest generalised force out of balance, as a moment over the torque, shape (poses,).
+
+        In elastic discs also the largest difference between a force and the one that deforms the disc.
+        """
+        worst: FloatArray = np.max(np.abs(point.gradient) * self.arm, axis=-1)
+        if self.load.size:
+            flat = (len(worst), -1)
+            force = np.concatenate([point.force.reshape(flat), point.bearing_force.reshape(flat)], axis=1)
+            worst = np.maximum(worst, np.max(np.abs(force - self.load), axis=1) * np.max(self.arm))
+        return np.asarray(worst / np.abs(self.torque))
+
+    def arrays(self) -> StageArrays:
+        """The problem in the form of the compiled search."""
+        from cycloid_profile.contact.stage._kernels import StageArrays
+
+        law = compiled_law(self.law, self.contact)
+        return StageArrays(
+            law=law,
+            constant=contact_constants(law, self.contact),
+            gap=np.ascontiguousarray(self.gap),
+            frame=np.stack([self.normal_x, self.normal_y, self.lever], axis=1),
+            own=self.disc_unknowns,
+            spring_stretch=np.ascontiguousarray(self.spring_stretch),
+            stretch=np.ascontiguousarray(self.stretch),
+            bearing_stiffness=float(self.bearing_stiffness),
+            play=np.ascontiguousarray(np.broadcast_to(np.ravel(self.play), len(self.gap))),
+            torque=np.ascontiguousarray(self.torque),
+            rotation=np.ascontiguousarray(self.rotation),
+            arm=self.arm,
+            compliance=np.ascontiguousarray(self.compliance),
+        )
+
+
+def minimise(problem: StageEnergy, start: FloatArray, tolerance: float) -> tuple[FloatArray, FloatArray]:
+    """Step to the least energy, shape (poses, unknowns) [mm, rad], by Newton from ``start``, and the forces that deform
+    elastic discs there, shape of ``problem.load`` [N].
+
+    Each pose ends when its imbalance is below ``tolerance``, independent of the others; the energy never rises.
+    """
+    from cycloid_profile.contact.stage._kernels import least_energies
+
+    step, load = np.array(start, order="C"), np.array(problem.load, order="C")
+    least_energies(problem.arrays(), tolerance, step, load)
+    return step, load

@@ -1,0 +1,298 @@
+"""Tolerance analysis of a spec: distributions, yield, contributions of each tolerance and the cheapest tolerances."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from cycloid_profile._display import Described, figure_text, finite, frame
+from cycloid_profile.design.from_spec import as_built_reducer
+from cycloid_profile.effects import AsBuiltReducer
+from cycloid_profile.errors import SpecError
+from cycloid_profile.spec import format_spec, parse_spec
+from cycloid_profile.spec.model import Spec
+from cycloid_profile.tolerance.allocation import Allocation, SampleSizes, allocate
+from cycloid_profile.tolerance.inputs import Limit, Tolerances, limits_of, tolerances_of, typical_tolerances
+from cycloid_profile.tolerance.model import QUANTITIES, QuantityModel, WorkingPoint
+from cycloid_profile.tolerance.ranking import (
+    Contributions,
+    SobolShares,
+    ToleranceSensitivity,
+    contributions,
+    scatter_sensitivities,
+    sobol_shares,
+)
+from cycloid_profile.tolerance.study import (
+    SEQUENCES,
+    Comparison,
+    Draws,
+    ParallelQuantities,
+    QuantitySummary,
+    Store,
+    Study,
+    StudySummary,
+    Workers,
+    Yield,
+    compare_designs,
+    run,
+    summarise,
+)
+from cycloid_profile.units import sign_of
+
+Progress = Callable[[str], None]
+BACKLASH = "backlash_arcmin"
+LEAST_BACKLASH = "least_backlash_arcmin"
+PERCENTS = (50.0, 95.0, 99.0, 99.73)
+# Reducers of one chunk, where each has to be loaded.
+_CHUNK_LOADED = 256
+# Reducers of a comparison of two designs: the ratio of standard deviations is accurate to 1 %.
+_COMPARED_BACKLASH, _COMPARED_LOADED = 16_384, 512
+# Reducers of the search for the cheapest tolerances and of its confirmation, where each has to be loaded.
+_ALLOCATED_LOADED = (1024, 4096)
+# Reducers of the contributions and of the Sobol indices, for backlash and under load; each tolerance costs two more
+# runs of the first and one more of the second.
+_RANKED = ((8192, 1024), (512, 128))
+
+
+@dataclass(frozen=True)
+class Ranked:
+    """The tolerances ranked by their contributions to the quantities of one study: ``found`` and ``shares``."""
+
+    found: Contributions
+    shares: SobolShares
+
+
+@dataclass(frozen=True)
+class TighteningAdvice:
+    """``sensitivities`` of every quantity to every size; ``ranked``, first backlash and then all quantities loaded."""
+
+    sensitivities: tuple[ToleranceSensitivity, ...]
+    ranked: tuple[Ranked, ...]
+
+    def of(self, quantity: str) -> Ranked:
+        """The ranking for a quantity with the largest number of reducers."""
+        return next(one for one in self.ranked if quantity in one.found.quantities)
+
+    @property
+    def quantities(self) -> tuple[str, ...]:
+        """Quantities for which the tolerances are ranked, without repetition."""
+        return tuple(name for name in QUANTITIES if any(name in one.found.quantities for one in self.ranked))
+
+    @property
+    def last(self) -> Contributions:
+        """The contributions that cover the largest number of limits."""
+        return self.ranked[-1].found
+
+
+@dataclass(frozen=True, repr=False)
+class ToleranceRecord(Described):
+    """All results of a tolerance analysis.
+
+    ``backlash`` of many reducers; ``loaded``, all quantities of fewer reducers, None if not requested; ``drawn``,
+    each quantity with nominal parts; ``compared``, the same reducers without and with deformation compensation, empty
+    without compensation; ``advice``, which tolerance to tighten; ``allocation``, the cheapest tolerances or None.
+    """
+
+    spec: Spec
+    reducer: AsBuiltReducer
+    tolerances: Tolerances
+    limits: tuple[Limit, ...]
+    backlash: StudySummary
+    loaded: StudySummary | None
+    drawn: Mapping[str, float]
+    compared: tuple[Comparison, ...]
+    advice: TighteningAdvice
+    allocation: Allocation | None
+
+    @property
+    def summaries(self) -> tuple[StudySummary, ...]:
+        """The studies of backlash and, if any, under load."""
+        return (self.backlash,) if self.loaded is None else (self.backlash, self.loaded)
+
+    @cached_property
+    def quantities(self) -> tuple[QuantitySummary, ...]:
+        """Each quantity once, from the study with the largest number of reducers."""
+        found = {one.name: one for summary in reversed(self.summaries) for one in summary.quantities}
+        return tuple(found[name] for name in QUANTITIES if name in found)
+
+    @cached_property
+    def yields(self) -> dict[str, Yield]:
+        """Yield of each limited quantity, from the study with the largest number of reducers."""
+        every = (one for summary in reversed(self.summaries) for one in summary.yields)
+        return {one.limit.quantity: one for one in every if one.limit is not None}
+
+    def columns(self) -> dict[str, list[Any]]:
+        """One row for each quantity: mean, standard deviation, percentiles, limits and yield; None for no limit."""
+        rows = []
+        for one in self.quantities:
+            limited = self.yields.get(one.name)
+            limit, share = (None, None) if limited is None else (limited.limit, limited.share)
+            rows.append(
+                {
+                    "quantity": one.name,
+                    "reducers": one.spread.count,
+                    "drawn": self.drawn[one.name],
+                    "mean": one.mean.value,
+                    "deviation": one.spread.deviation,
+                    "least": one.spread.low,
+                    **{f"p{p:g}".replace(".", "_"): one.percentiles[p].value for p in PERCENTS},
+                    "greatest": one.spread.high,
+                    "at_least": None if limit is None else finite(limit.at_least),
+                    "at_most": None if limit is None else finite(limit.at_most),
+                    "yield_percent": None if share is None else 100.0 * share.value,
+                    "yield_low": None if share is None else 100.0 * share.low,
+                    "yield_high": None if share is None else 100.0 * share.high,
+                }
+            )
+        return {name: [row[name] for row in rows] for name in rows[0]}
+
+    def to_frame(self) -> Any:
+        """The table of ``columns``; needs pandas."""
+        return frame(self.columns())
+
+    def _key_figures(self) -> dict[str, str]:
+        figures = {"name": self.spec.name, "tolerances": str(len(self.tolerances.scatters))}
+        for one in self.quantities:
+            unit, label = sign_of(one.name), one.name.rsplit("_", 1)[0].replace("_", " ")
+            values = (
+                f"mean {figure_text(one.mean.value, unit)}, 99.73 % {figure_text(one.percentiles[99.73].value, unit)}"
+            )
+            figures[label] = f"{values}, {one.spread.count:,} reducers"
+            if one.name in self.yields:
+                figures[f"{label}, yield"] = figure_text(100.0 * self.yields[one.name].share.value, "%")
+        return figures | {"tolerance to tighten first": self.advice.last.ranked()[0].label}
+
+
+def spec_tolerances(spec: Spec, reducer: AsBuiltReducer) -> Tolerances:
+    """Tolerances of a spec; ordinary manufacturing tolerances where it has none.
+
+    Raises ``SpecError`` for an impossible table.
+    """
+    if not spec.tolerance.effects and not spec.tolerance.correlations:
+        return typical_tolerances(reducer)
+    return tolerances_of(spec.tolerance.effects, spec.tolerance.correlations, reducer)
+
+
+def spec_limits(spec: Spec) -> tuple[Limit, ...]:
+    """Limits of a spec in the order of the quantities: a lower one of the least backlash, upper ones of all others."""
+    given = msgspec.structs.asdict(spec.tolerance.limits)
+    ends = {name: (given[name], None) if name == LEAST_BACKLASH else given[name] for name in QUANTITIES
+            if given.get(name) is not None}  # fmt: skip
+    return limits_of(ends, tuple(QUANTITIES)) if ends else ()
+
+
+def with_tolerance_values(spec: Spec, changed: Mapping[str, object]) -> Spec:
+    """The spec with some values of ``[tolerance]`` replaced; None keeps a value.
+
+    Raises ``SpecError`` where a value exceeds its limits.
+    """
+    given = {key: value for key, value in changed.items() if value is not None}
+    if not given:
+        return spec
+    grown = msgspec.structs.replace(spec, tolerance=msgspec.structs.replace(spec.tolerance, **given))
+    return parse_spec(format_spec(grown))
+
+
+def tolerance_record(
+    spec: Spec, folder: Path, workers: Workers, allocated: bool = False, progress: Progress = lambda _: None
+) -> ToleranceRecord:
+    """Run the tolerance analysis of a spec; ``folder`` keeps its samples, and an interrupted run resumes from them.
+
+    ``allocated``: find the cheapest tolerances that reach the required yield, too.
+
+    Raises
+    ------
+    SpecError, GeometryError, LoadError
+        If the drive or a tolerance is impossible.
+    AllocationError
+        If no tolerances within their bounds reach the yield.
+    ToleranceError
+        If the folder cannot be written to, or the workers cannot compute.
+    """
+    progress("building the reducer")
+    reducer = as_built_reducer(spec)
+    tolerances, limits, t = spec_tolerances(spec, reducer), spec_limits(spec), spec.tolerance
+    draws = Draws(tolerances, t.seed, SEQUENCES[t.sequence], t.batch_size)
+    many = Study(reducer, draws, (BACKLASH,), t.samples)
+    stores = [run(many, folder / "backlash", workers, lambda text: progress(f"backlash: {text}"))]
+    if t.loaded_samples:
+        fewer = Study(reducer, draws, tuple(QUANTITIES), t.loaded_samples, _CHUNK_LOADED)
+        stores.append(run(fewer, folder / "loaded", workers, lambda text: progress(f"under load: {text}")))
+    summaries = [summarise(store, limits) for store in stores]
+    study = stores[-1].study
+    nominal = study.quantity_model.of(np.zeros((1, len(study.changes))))[0]
+    return ToleranceRecord(
+        spec=spec,
+        reducer=reducer,
+        tolerances=tolerances,
+        limits=limits,
+        backlash=summaries[0],
+        loaded=summaries[1] if len(summaries) > 1 else None,
+        drawn=dict(zip(study.quantity_model.names, nominal.tolist(), strict=True)),
+        compared=_compensation_comparison(spec, stores, progress),
+        advice=tightening_advice([store.study for store in stores], limits, progress),
+        allocation=_allocated(spec, many, limits, progress) if allocated else None,
+    )
+
+
+def tightening_advice(
+    studies: Sequence[Study], limits: Sequence[Limit], progress: Progress = lambda _: None
+) -> TighteningAdvice:
+    """Rank the tolerances from studies of the same reducers: of backlash and, if any, under load.
+
+    Raises ``SolveError`` if the nominal reducer, or too many of the reducers, have no equilibrium.
+    """
+    progress("derivatives of every quantity by every size")
+    first = studies[0]
+    point = WorkingPoint.of(first.reducer, first.tolerances)
+    slopes = scatter_sensitivities(first.tolerances, point)
+    ranked = []
+    for study, (reducers, samples) in zip(studies, _RANKED, strict=False):
+        names = study.quantity_model.names
+        progress(f"every tolerance halved: {', '.join(name.rsplit('_', 1)[0].replace('_', ' ') for name in names)}")
+        known = [limit for limit in limits if limit.quantity in names]
+        found = contributions(replace(study, samples=min(reducers, study.samples)), known)
+        progress("shares in the variance")
+        gradients = {name: point.gradients[name] for name in names}
+        ranked.append(Ranked(found, sobol_shares(study, samples, gradients)))
+    return TighteningAdvice(slopes, tuple(ranked))
+
+
+def _allocated(spec: Spec, study: Study, limits: tuple[Limit, ...], progress: Progress) -> Allocation:
+    if not limits:
+        raise SpecError("tolerance.limits", "none", "leave nothing to reach", "give at least one limit", " ")
+    quantities = tuple(limit.quantity for limit in limits)
+    quantity_model = QuantityModel(study.reducer, study.changes, quantities)
+    # Computed once here, before the threads share it.
+    assert quantity_model.answers
+    loaded = any("backlash" not in quantity for quantity in quantities)
+    effort = SampleSizes(*_ALLOCATED_LOADED) if loaded else SampleSizes()
+    return allocate(
+        study.draws, ParallelQuantities(quantity_model), limits, spec.tolerance.yield_percent / 100.0, effort, progress
+    )
+
+
+def _compensation_comparison(spec: Spec, stores: Sequence[Store], progress: Progress) -> tuple[Comparison, ...]:
+    """The same reducers, error by error, without and with deformation compensation."""
+    if spec.modification.deformation_compensation in (False, 0.0):
+        return ()
+    progress("the same reducers without deformation compensation")
+    modification = msgspec.structs.replace(spec.modification, deformation_compensation=False)
+    plain = as_built_reducer(msgspec.structs.replace(spec, modification=modification))
+    found: dict[str, Comparison] = {}
+    for store, reducers in zip(stores, (_COMPARED_BACKLASH, _COMPARED_LOADED), strict=False):
+        chunks = min(store.study.chunks, -(-reducers // store.study.chunk))
+        other = replace(store.study, reducer=plain)
+        values = np.concatenate([other.values(number) for number in range(chunks)])
+        known = np.concatenate(list(islice(store.tables(), chunks)))
+        for one in compare_designs(store.names, values, known):
+            found.setdefault(one.quantity, one)
+    # The least backlash shows which reducers bind; the width of its distribution is meaningless.
+    return tuple(one for one in found.values() if one.quantity != LEAST_BACKLASH)

@@ -1,0 +1,30 @@
+"""Compare measured files with the simulation and identify the manufacturing error that explains the difference."""
+
+from cycloid_profile.diagnosis.candidate import Candidate as Candidate
+from cycloid_profile.diagnosis.candidate import candidate_of as candidate_of
+from cycloid_profile.diagnosis.candidate import candidates as candidates
+from cycloid_profile.diagnosis.detection import FALSE_ALARM as FALSE_ALARM
+from cycloid_profile.diagnosis.detection import Detection as Detection
+from cycloid_profile.diagnosis.detection import Finding as Finding
+from cycloid_profile.diagnosis.json_output import detectable_text as detectable_text
+from cycloid_profile.diagnosis.json_output import diagnosis_to_json as diagnosis_to_json
+from cycloid_profile.diagnosis.json_output import effect_tables as effect_tables
+from cycloid_profile.diagnosis.json_output import effect_to_json as effect_to_json
+from cycloid_profile.diagnosis.json_output import p_value_text as p_value_text
+from cycloid_profile.diagnosis.json_output import rounded_number as rounded_number
+from cycloid_profile.diagnosis.nearest_effects import NearestEffect as NearestEffect
+from cycloid_profile.diagnosis.plan import Visibility as Visibility
+from cycloid_profile.diagnosis.plan import visibility as visibility
+from cycloid_profile.diagnosis.recording import Recording as Recording
+from cycloid_profile.diagnosis.recording import record as record
+from cycloid_profile.diagnosis.remainder import Remainder as Remainder
+from cycloid_profile.diagnosis.remainder import ScanResidual as ScanResidual
+from cycloid_profile.diagnosis.remainder import remainder_text as remainder_text
+from cycloid_profile.diagnosis.remainder import smooth_remainder as smooth_remainder
+from cycloid_profile.diagnosis.residuals import Residuals as Residuals
+from cycloid_profile.diagnosis.residuals import nuisance_fitted as nuisance_fitted
+from cycloid_profile.diagnosis.result import Diagnosis as Diagnosis
+from cycloid_profile.diagnosis.result import FileGap as FileGap
+from cycloid_profile.diagnosis.result import NamedEffect as NamedEffect
+from cycloid_profile.diagnosis.result import SizedEffect as SizedEffect
+from cycloid_profile.diagnosis.workflow import diagnose as diagnose

@@ -1,0 +1,241 @@
+"""Library of hypotheses: every effect at every location where it can act, in one or two linear coordinates.
+
+An effect with a direction has two coordinates: amplitude times cosine and sine of the angle (of twice the angle for an
+oval). Every other effect has its size as one coordinate. Part numbers (disc, crank, pin, lobe, form) are discrete
+choices; each choice is a candidate of its own.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from cycloid_profile.arrays import FloatArray
+from cycloid_profile.effects import (
+    EFFECTS,
+    AsBuiltReducer,
+    Effect,
+    EffectLocation,
+    GrindingChatter,
+    Parameter,
+    coordinates,
+    parameters,
+)
+from cycloid_profile.errors import CycloidError
+
+# Prior of a size: normal distribution with twice the manufacturing tolerance as standard deviation, cut off at 3.5 of
+# these.
+_WIDTH_OF_TOLERANCE = 2.0
+_LEAST_WIDTH_UM = 1.5
+IMPLAUSIBLE = 3.5
+# Simulated, toleranced and, on the flanks, corrected, but not yet proposed: the search, its thresholds and the blind
+# cases were validated without them (docs/diagnosis.md, "Limits").
+NOT_YET_PROPOSED = frozenset({
+    "tooth_form_error", "pin_ring_three_lobed", "ring_mounting_ovality", "carrier_bore_error", "common_planet_runout",
+    "sun_runout", "input_runout",
+})  # fmt: skip
+# A displaced pin is an alias of a pin with another radius. The spectrum proposes the waves of chatter.
+ONLY_TOLERANCES = NOT_YET_PROPOSED | {"pin_position_error"}
+_NOT_LISTED = ONLY_TOLERANCES | {"grinding_chatter"}
+
+Variety = tuple[str, bool, int | None, int | None]
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One hypothesis: an effect of ``kind`` with its ``choice`` of parts, its size unknown.
+
+    ``size`` and ``angle`` name its parameters; ``angle`` is None for an effect without direction. ``width`` is the
+    prior standard deviation of each coordinate, in the unit of the coordinate. ``inverse``: the coordinate is the
+    reciprocal of the size. ``one_sided``: the coordinate cannot be negative.
+    """
+
+    kind: type[Effect]
+    size: str
+    angle: str | None
+    width: float
+    one_sided: bool
+    inverse: bool = False
+    choice: Mapping[str, Any] = field(default_factory=dict, hash=False)
+
+    @property
+    def name(self) -> str:
+        """Name of the effect."""
+        return self.kind.name
+
+    @property
+    def coordinates(self) -> int:
+        """Number of linear coordinates, 1 or 2."""
+        return 1 if self.angle is None else 2
+
+    @property
+    def on_all_discs(self) -> bool:
+        """Whether the effect acts on all discs, or on the ring, which all discs share."""
+        return self.kind.location is EffectLocation.RING or self.choice.get("disc", 0) is None
+
+    @property
+    def variety(self) -> Variety:
+        """Name, whether all discs have the effect, flank and form: candidates that differ in these differ to first
+        order.
+        """
+        return self.name, self.on_all_discs, self.choice.get("flank"), self.choice.get("form")
+
+    @property
+    def breaks_pin_symmetry(self) -> bool:
+        """Whether the effect makes one pin differ from another."""
+        return self.kind.location is EffectLocation.RING and (self.angle is not None or "pin" in self.choice)
+
+    @property
+    def waves(self) -> int:
+        """Periods of the effect per turn of its angle: two for an oval."""
+        return self.kind.harmonic
+
+    @property
+    def implausible(self) -> float:
+        """Largest plausible size, in the unit of the coordinate."""
+        return IMPLAUSIBLE * self.width
+
+    @property
+    def label(self) -> str:
+        """Name with the choice of parts."""
+        parts = ", ".join(
+            f"{key.replace('_', ' ')} {value:g}" for key, value in self.choice.items() if value is not None
+        )
+        return f"{self.name} ({parts})" if parts else self.name
+
+    def parameters(self, x: Sequence[float] | FloatArray) -> dict[str, Any]:
+        """Parameters of the effect at coordinates ``x``."""
+        values: dict[str, Any] = {key: value for key, value in self.choice.items() if value is not None}
+        if self.angle is None:
+            values[self.size] = 1.0 / float(x[0]) if self.inverse else float(x[0])
+        else:
+            values[self.size] = math.hypot(x[0], x[1])
+            values[self.angle] = math.degrees(math.atan2(x[1], x[0]) / self.waves) % (360.0 / self.waves)
+        return values
+
+    def effect(self, x: Sequence[float] | FloatArray) -> Effect | None:
+        """The effect at coordinates ``x``; None for impossible coordinates, such as a negative compliance."""
+        if self.one_sided and not x[0] > 0.0:
+            return None
+        try:
+            return self.kind(**self.parameters(x))
+        except CycloidError:
+            return None
+
+    def uncertainty(self, x: FloatArray, covariance: FloatArray) -> dict[str, float]:
+        """Standard deviation of size and angle, from the covariance of the coordinates."""
+        if self.angle is None:
+            sigma = math.sqrt(float(covariance[0, 0]))
+            return {self.size: sigma / float(x[0]) ** 2 if self.inverse else sigma}
+        A = math.hypot(x[0], x[1])
+        along, across = np.array([x[0], x[1]]) / A, np.array([-x[1], x[0]]) / A
+        return {
+            self.size: math.sqrt(float(along @ covariance @ along)),
+            self.angle: math.degrees(min(math.sqrt(float(across @ covariance @ across)) / A, math.pi) / self.waves),
+        }
+
+    def reindexed(self, lobes: int, of: int) -> tuple[dict[str, Any], float]:
+        """Choice of parts and rotation of the coordinates [rad] after raising the lobe index by ``lobes`` of ``of``."""
+        choice = dict(self.choice)
+        for key in ("lobe", "first_lobe"):
+            if key in choice:
+                choice[key] = (choice[key] - 1 + lobes) % of + 1
+        t = 2.0 * math.pi * lobes / of
+        # Polar angles increase against the angle along the disc.
+        rate = choice["waves_per_turn"] if self.kind is GrindingChatter else self.kind.phase_per_lobe_index
+        return choice, rate * t
+
+
+def candidates(reducer: AsBuiltReducer, scanned: frozenset[int], curves: bool) -> tuple[Candidate, ...]:
+    """All hypotheses that the files can show.
+
+    Flank errors of the discs in ``scanned``, counted from 0. With ``curves``, flank errors of all discs, alone and
+    together, and all other effects. Chatter is not listed: the spectrum proposes its waves.
+    """
+    found: list[Candidate] = []
+    for kind in EFFECTS.values():
+        if kind.name in _NOT_LISTED or (kind.location is not EffectLocation.FLANK and not curves):
+            continue
+        for choice in _choices(kind, reducer, scanned, curves):
+            candidate = candidate_of(kind, choice)
+            if _exists(candidate, reducer):
+                found.append(candidate)
+    return tuple(found)
+
+
+def candidate_of(kind: type[Effect], choice: Mapping[str, Any]) -> Candidate:
+    """Hypothesis of one effect with its parts chosen."""
+    axes = coordinates(kind, frozenset(choice))
+    size = axes.size
+    tolerance = float(size.tolerance or 0.0)
+    width = _WIDTH_OF_TOLERANCE * (1.0 / tolerance if axes.reciprocal else tolerance)
+    if size.name.endswith("_um"):
+        width = max(width, _LEAST_WIDTH_UM)
+    return Candidate(
+        kind=kind,
+        size=size.name,
+        angle=None if axes.angle is None else axes.angle.name,
+        width=width,
+        one_sided=axes.angle is None and size.low >= 0.0,
+        inverse=axes.reciprocal,
+        choice=dict(choice),
+    )
+
+
+def places(library: Iterable[Candidate]) -> Counter[str]:
+    """Number of locations of each effect in a library."""
+    return Counter(candidate.name for candidate in library)
+
+
+def chatter(waves: float, disc: int | None) -> Candidate:
+    """Chatter with a number of waves per turn on a disc, counted from 1; None for all discs."""
+    return candidate_of(EFFECTS["grinding_chatter"], {"waves_per_turn": waves, "disc": disc})
+
+
+def _choices(
+    kind: type[Effect], reducer: AsBuiltReducer, scanned: frozenset[int], curves: bool
+) -> Iterator[dict[str, Any]]:
+    """All choices of parts of one effect."""
+    trochoid = reducer.case.drive.trochoid
+    ranges: dict[str, list[Any]] = {
+        "lobe": list(range(1, trochoid.lobes + 1)),
+        "first_lobe": list(range(1, trochoid.lobes + 1)),
+        "pin": list(range(1, trochoid.pins + 1)),
+        "crank": [None, *range(1, reducer.cranks + 1)],
+        "planet": list(range(1, reducer.cranks + 1)),
+        "form": [1, 2],
+        "flank": [1, 2],
+    }
+    if curves:
+        discs: list[Any] = list(range(1, reducer.discs + 1))
+        ranges["disc"] = [None, *discs] if reducer.discs > 1 else [None]
+    else:
+        # A candidate on all discs is visible only if every disc was scanned.
+        ranges["disc"] = [*([None] if len(scanned) == reducer.discs > 1 else []), *(j + 1 for j in sorted(scanned))]
+    known = {p.name: p for p in parameters(kind)}
+    names = [name for name in ranges if name in known]
+    for values in product(*(_sensible(known[name], ranges[name]) for name in names)):
+        yield dict(zip(names, values, strict=True))
+
+
+def _sensible(parameter: Parameter, values: list[Any]) -> list[Any]:
+    """Values without "all parts" where the effect acts on a single part."""
+    return values if parameter.optional else [value for value in values if value is not None] or [1]
+
+
+def _exists(candidate: Candidate, reducer: AsBuiltReducer) -> bool:
+    """Whether the drive can have the effect: a central eccentric has no crank errors, every disc has flanks."""
+    if candidate.kind.location is EffectLocation.FLANK:
+        return True
+    x = [1e-3 * candidate.width, 0.0]
+    try:
+        one = candidate.effect(x)
+        return one is not None and one.apply(reducer) is not None
+    except CycloidError:
+        return False

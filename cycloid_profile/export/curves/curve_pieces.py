@@ -1,0 +1,113 @@
+"""Smooth pieces of the tooth curve, lobe by lobe, and the chords along them (docs/exports.md)."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from cycloid_profile.arrays import FloatArray
+from cycloid_profile.errors import ExportError
+from cycloid_profile.geometry import (
+    ChordTolerance,
+    Drive,
+    ToothPoints,
+    ToothProfile,
+    chord_nodes,
+    flank_of_interval,
+    sample,
+    smooth_pieces,
+)
+from cycloid_profile.spec.model import Spec
+
+_FINE = 2048
+_GROWTH = 1.05
+
+
+class ProfileSource(Protocol):
+    """A tooth to be ground with its spec; ``DesignRecord`` and ``SpecifiedProfile`` implement it."""
+
+    @property
+    def spec(self) -> Spec:
+        """The spec, for its name and its ``[export]``."""
+        ...
+
+    @property
+    def drive(self) -> Drive:
+        """The nominal drive."""
+        ...
+
+    @property
+    def profile(self) -> ToothProfile:
+        """The tooth to be ground."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class SpecifiedProfile:
+    """A ``ProfileSource`` without a design record, such as a corrected tooth."""
+
+    spec: Spec
+    drive: Drive
+    profile: ToothProfile
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """A smooth piece of the curve between phases ``a`` and ``b`` along the disc [rad], on ``lobe`` ≥ 0."""
+
+    profile: ToothProfile
+    lobe: int
+    a: float
+    b: float
+
+    def grid(self, count: int) -> tuple[FloatArray, FloatArray]:
+        """``count`` equally spaced phases along the disc [rad] and the flank (±1) of each, shape (count,)."""
+        phase = np.linspace(self.a, self.b, count)
+        return phase, self.side(phase)
+
+    def side(self, phase: FloatArray) -> FloatArray:
+        """Flank (±1) whose smooth branch covers the piece, in the shape of ``phase``."""
+        start = 2.0 * math.pi * self.lobe
+        return flank_of_interval(self.a - start, self.b - start, phase - start)
+
+
+def first_lobe(profile: ToothProfile) -> list[Piece]:
+    """Smooth pieces of lobe 0."""
+    return [Piece(profile, 0, a, b) for a, b in smooth_pieces(profile)]
+
+
+def pieces(profile: ToothProfile) -> list[Piece]:
+    """All smooth pieces of the disc in order of phase; each ends at the exact phase where the next begins."""
+    return _divided(profile, [a for a, _ in smooth_pieces(profile)])
+
+
+def flanks(profile: ToothProfile) -> list[Piece]:
+    """As ``pieces``, divided in addition at smooth roots and tips."""
+    return _divided(profile, sorted({0.0, math.pi, *profile.corners}))
+
+
+def _divided(profile: ToothProfile, starts: list[float]) -> list[Piece]:
+    phases = [2.0 * math.pi * lobe + a for lobe in range(profile.trochoid.lobes) for a in starts]
+    edges = itertools.pairwise([*phases, profile.trochoid.phase_period])
+    return [Piece(profile, i // len(starts), a, b) for i, (a, b) in enumerate(edges)]
+
+
+def chord_points(profile: ToothProfile, tolerance: float) -> ToothPoints:
+    """Points round the disc in order of phase whose chords stay within ``tolerance`` [mm] of the curve."""
+    if profile.identical_lobes:
+        return sample(profile, ChordTolerance(tolerance))
+    found = []
+    for piece in pieces(profile):
+        nodes = chord_nodes(profile, *piece.grid(_FINE), tolerance, _GROWTH)[:-1]
+        found.append((nodes, piece.side(nodes)))
+    return profile.at(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
+
+
+def tolerance_error(tolerance: float, limit: str) -> ExportError:
+    """The error of a fit whose ``tolerance`` [mm] needs more than the ``limit``, such as "2000 nodes per piece"."""
+    what = f"{tolerance * 1e6:g} nm"
+    return ExportError("export tolerance", what, f"needs more than {limit}", "raise export.chord_tolerance_um")

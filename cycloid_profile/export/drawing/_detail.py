@@ -1,0 +1,127 @@
+"""Enlarged detail of one tooth with its radii, and a graph of the removal along it."""
+
+from __future__ import annotations
+
+import cmath
+import math
+
+import numpy as np
+
+from cycloid_profile.arrays import ComplexArray
+from cycloid_profile.design import DesignRecord
+from cycloid_profile.export.curves import distances
+from cycloid_profile.export.drawing._sheet import SMALL, TEXT, Sheet
+from cycloid_profile.geometry import ToothProfile, least_radii, over_rollers
+from cycloid_profile.units import UM
+
+_BEYOND = 0.1 * math.pi  # phase shown beyond the roots
+_POINTS = 1201
+_WIDEST, _HIGHEST = 146.0, 30.0
+_PIN_SHOWN, _PIN_WIDTH = 60.0, 22.0  # ° on either side of its lowest point, but no wider, mm
+_GRAPH, _HEADROOM = 46 + 34j, 1.15
+
+
+def detail_scale(record: DesignRecord, scales: tuple[float, ...]) -> float:
+    """The largest scale at which the tooth fits its space [mm of paper per mm]; the smallest if none fits."""
+    tooth = _upright_lobe(record.profile, 0j, 1.0)
+    width, height = np.ptp(tooth.real), np.ptp(tooth.imag)
+    fitting = [scale for scale in scales if scale * width <= _WIDEST and scale * height <= _HIGHEST]
+    return max(fitting, default=min(scales))
+
+
+def draw_detail(sheet: Sheet, record: DesignRecord, at: complex, scale: float, shown: str) -> None:
+    """The tooth between two roots, ``at`` the root level below its tip [mm of paper]."""
+    profile, outline = record.profile, record.outline
+    lobes, root, tip = profile.trochoid.lobes, outline.root_radius, outline.tip_radius
+    enlarged = scale * sheet.unit
+    tooth = _upright_lobe(profile, at, scale)
+    sheet.polyline([complex(p) for p in tooth], "PROFILE")
+    hub = at - 1j * root * scale
+    half = math.pi / lobes
+    left_root, right_root = (hub + root * scale * cmath.rect(1.0, 0.5 * math.pi + side * half) for side in (1, -1))
+    open_deg = math.degrees(half) * 1.3
+    for radius, layer in ((root, "THIN"), (tip, "CENTRE")):
+        sheet.arc(hub, radius * scale, 90.0 - open_deg, 90.0 + open_deg, layer)
+    _pin(sheet, record, left_root, hub, scale)
+    down = min(left_root.imag, at.imag) - 9.0
+    for end in (left_root, right_root):
+        along = (hub - end) / abs(hub - end)
+        sheet.line(end - 4.0 * along, end + 4.0 * along, "CENTRE")
+    sheet.dimension(left_root, right_root, complex(at.real, down), 0.0, "<>", enlarged)
+    edge = min(float(np.min(tooth.real)), left_root.real - _PIN_WIDTH) - 6.0
+    top = at + 1j * (tip - root) * scale
+    sheet.dimension(complex(at.real, at.imag), top, complex(edge, at.imag), 90.0, "<>", enlarged)
+    _radii(sheet, record, tooth, at, scale, complex(hub.real, hub.imag))
+    sheet.text(complex(at.real, down - 9.5), f"Z ({shown})", 3.5, "CENTER")
+    sheet.text(complex(at.real, down - 14.0), f"pitch 360°/{lobes} = {360.0 / lobes:.5g}°", TEXT, "CENTER")
+
+
+def _radii(sheet: Sheet, record: DesignRecord, tooth: ComplexArray, at: complex, scale: float, hub: complex) -> None:
+    """Leaders on the right: tip and root radius, least radii of curvature."""
+    outline, least = record.outline, least_radii(record.profile)
+    half = math.pi / record.profile.trochoid.lobes
+    psi = np.linspace(0.0, math.pi, _POINTS)
+    kappa = record.profile.at(psi, np.ones_like(psi)).curvature
+    # The flank of rising phase is on the left; the equivalent points of the right one are marked.
+    flank = _on_paper(record.profile, 2.0 * math.pi - psi, at, scale)
+    tip_at = hub + outline.tip_radius * scale * cmath.rect(1.0, 0.5 * math.pi - 0.25 * half)
+    root_at = hub + outline.root_radius * scale * cmath.rect(1.0, 0.5 * math.pi - 1.2 * half)
+    marks = [(tip_at, f"R{outline.tip_radius:.3f} tip"), (complex(flank[int(np.argmin(kappa))]), "")]
+    marks[1] = (marks[1][0], f"least convex R{least.convex:.3f}")
+    if math.isfinite(least.concave):
+        marks.append((complex(flank[int(np.argmax(kappa))]), f"least concave R{least.concave:.3f}"))
+    marks.append((root_at, f"R{outline.root_radius:.3f} root"))
+    right = float(np.max(tooth.real)) + 5.0
+    top = at.imag + 0.5 * (outline.tip_radius - outline.root_radius) * scale + 0.5 * 6.5 * (len(marks) - 1) + 3.0
+    for i, (mark, text) in enumerate(marks):
+        sheet.leader(mark, complex(right, top - 6.5 * i), [text], to_left=False)
+
+
+def _pin(sheet: Sheet, record: DesignRecord, root: complex, hub: complex, scale: float) -> None:
+    """The lower part of the pin in the left root."""
+    radius = record.drive.pin_radius
+    out = (root - hub) / abs(root - hub)
+    centre = hub + out * over_rollers(record.profile, radius).centre_radius * scale
+    lowest = math.degrees(cmath.phase(-out))
+    shown = min(_PIN_SHOWN, math.degrees(math.asin(min(1.0, _PIN_WIDTH / (radius * scale)))))
+    sheet.arc(centre, radius * scale, lowest - shown, lowest + shown, "PINS")
+    sheet.text(root + out * min(radius * scale, 12.0) - 0.5j * SMALL, f"pin φ{2.0 * radius:g}", SMALL, "CENTER")
+
+
+def _upright_lobe(profile: ToothProfile, at: complex, scale: float) -> ComplexArray:
+    return _on_paper(profile, np.linspace(-_BEYOND, 2.0 * math.pi + _BEYOND, _POINTS), at, scale)
+
+
+def _on_paper(profile: ToothProfile, psi: np.ndarray, at: complex, scale: float) -> ComplexArray:
+    """Points of lobe 1 with its tip upwards; ``at`` is on the root circle below the tip [mm of paper]."""
+    root = float(np.abs(profile.at(0.0).position))
+    upright = cmath.rect(1.0, 0.5 * math.pi + math.pi / profile.trochoid.lobes)
+    return at + scale * (profile.at(psi).position * upright - 1j * root)
+
+
+def draw_removal(sheet: Sheet, record: DesignRecord, corner: complex) -> None:
+    """Graph of the removal along the normal of the theoretical tooth from root to tip; ``corner`` is its lower left."""
+    psi = np.linspace(0.0, math.pi, 181)
+    points = record.profile.at(psi, np.ones_like(psi)).position
+    # Rounded to the picometre, so that an unmodified tooth gives zero.
+    removed = np.round(-distances(record.drive.theoretical_profile, points) / UM, 6) + 0.0
+    low, high = min(0.0, float(np.min(removed))), max(0.0, float(np.max(removed)))
+    span = _HEADROOM * max(high - low, 1e-3)
+    width, height = _GRAPH.real, _GRAPH.imag
+
+    def place(phase: float, value: float) -> complex:
+        return corner + complex(width * phase / math.pi, height * (value - low) / span)
+
+    sheet.box(corner, _GRAPH)
+    sheet.line(place(0.0, 0.0), place(math.pi, 0.0), "THIN")
+    sheet.polyline([place(float(a), float(v)) for a, v in zip(psi, removed, strict=True)], "PROFILE")
+    for i, name in enumerate(("0° root", "45°", "90°", "135°", "180° tip")):
+        at = place(math.pi * i / 4, low)
+        sheet.line(at, at + 1.5j)
+        sheet.text(at - 4.2j, name, SMALL, "CENTER")
+        sheet.text(at - 7.4j, f"{removed[45 * i] + 0.0:.2f}", SMALL, "CENTER")
+    for value in sorted({low, 0.0, high}):
+        sheet.line(place(0.0, value), place(0.0, value) + 1.5)
+        sheet.text(place(0.0, value) - 1.0 - 0.5j * SMALL, f"{value:.3g}", SMALL, "RIGHT")
+    sheet.text(corner + 0.5 * width + 1j * (height + 1.6), "removal along the normal [µm]", TEXT, "CENTER")
+    sheet.text(corner + 0.5 * width - 10.8j, "over phase ψ; values below", SMALL, "CENTER")

@@ -1,0 +1,108 @@
+"""Tables of points as CSV, and the tooth profile for grinding and CAD."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from cycloid_profile.arrays import FloatArray
+from cycloid_profile.errors import ExportError
+from cycloid_profile.export.curves import ProfileSource, chord_points, deviation
+from cycloid_profile.export.writing import SingleFileExporter, WrittenFile
+from cycloid_profile.geometry import (
+    ChordTolerance,
+    EqualArc,
+    EqualNormalAngle,
+    Sampling,
+    ToothPoints,
+    ToothProfile,
+    chord_error,
+    sample,
+)
+from cycloid_profile.spec.model import ExportSpec
+from cycloid_profile.units import UM
+
+Column = tuple[str, FloatArray, int]
+POINT_RESOLUTION = 1e-9  # mm, last decimal written
+EQUAL_SPACINGS: dict[str, Callable[[int], Sampling]] = {"equal-arc": EqualArc, "equal-normal-angle": EqualNormalAngle}
+_MOST_POINTS, _GROWTH = 20_000, 1.05  # per lobe
+
+
+@dataclass(frozen=True)
+class ProfileCsvExporter(SingleFileExporter[ProfileSource]):
+    """Writes ``profile.csv``: points dense enough that chords stay within the tolerance."""
+
+    format: str = "csv"
+    filename: str = "profile.csv"
+
+    def write_file(self, source: ProfileSource, path: Path) -> WrittenFile:
+        """Write and read back; the deviation includes the chords between points, unless their number was given."""
+        export = source.spec.export
+        points = _profile_points(export, source.profile)
+        x, y = points.xy.T
+        n = points.normal
+        back = write_table(
+            path,
+            (
+                ("psi_rad", points.phase, 10), ("x_mm", x, 9), ("y_mm", y, 9), ("nx", n.real, 8), ("ny", n.imag, 8),
+                ("curvature_per_mm", points.curvature, 6),
+            ),
+        )  # fmt: skip
+        found, tolerance = deviation(source.profile, back[:, 1] + 1j * back[:, 2]), POINT_RESOLUTION
+        if export.point_spacing == "chord-error" or export.points_per_lobe is None:
+            tolerance = export.chord_tolerance_um * UM
+            found = replace(found, largest=max(found.largest, _chord_error(source.profile, points)))
+        return self.measured(tolerance, found, "numpy", {"points": len(back)})
+
+
+def _profile_points(export: ExportSpec, profile: ToothProfile) -> ToothPoints:
+    """Points at the spacing of the spec: their given number, or the fewest whose chords keep the tolerance."""
+    tolerance = export.chord_tolerance_um * UM
+    if export.point_spacing == "chord-error":
+        return chord_points(profile, tolerance)
+    spacing = EQUAL_SPACINGS[export.point_spacing]
+    if export.points_per_lobe is not None:
+        return sample(profile, spacing(export.points_per_lobe))
+    count = ChordTolerance(tolerance).phases(profile).size
+    while count <= _MOST_POINTS:
+        points = sample(profile, spacing(count))
+        if _chord_error(profile, points) <= tolerance:
+            return points
+        count = math.ceil(_GROWTH * count)
+    raise ExportError(
+        "export.chord_tolerance_um",
+        f"{export.chord_tolerance_um:g}",
+        f"needs more than {_MOST_POINTS} points per lobe at {export.point_spacing} spacing",
+        "raise it, or take chord-error spacing",
+    )
+
+
+def _chord_error(profile: ToothProfile, points: ToothPoints) -> float:
+    """Largest chord error of points round the disc, on the first lobe if all are identical [mm]."""
+    lobes = profile.trochoid.lobes
+    size, end = points.phase.size, profile.trochoid.phase_period
+    if profile.identical_lobes:
+        size, end = size // lobes, 2.0 * math.pi
+    return chord_error(profile, np.append(points.phase[:size], end))
+
+
+def write_table(path: Path, columns: Sequence[Column]) -> FloatArray:
+    """Write columns of name, values and decimals as CSV, one row per point; returns ``read_table``."""
+    cells = [fixed_decimals(values, decimals) for _, values, decimals in columns]
+    rows = [",".join(name for name, *_ in columns), *(",".join(row) for row in zip(*cells, strict=True))]
+    path.write_text("\n".join(rows) + "\n", encoding="ascii", newline="\n")
+    return read_table(path)
+
+
+def read_table(path: Path) -> FloatArray:
+    """Rows of a table of points, shape (points, columns), units as in its header."""
+    return np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2)
+
+
+def fixed_decimals(values: FloatArray, decimals: int) -> list[str]:
+    """Numbers with a fixed number of decimals and no negative zero."""
+    return [f"{value:.{decimals}f}" for value in (np.round(values, decimals) + 0.0).tolist()]

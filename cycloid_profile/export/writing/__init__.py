@@ -1,0 +1,14 @@
+"""Exporters and the files they write, complete or not at all, with their manifest."""
+
+from cycloid_profile.export.writing.exporter import Exporter as Exporter
+from cycloid_profile.export.writing.exporter import LibraryMissing as LibraryMissing
+from cycloid_profile.export.writing.exporter import SingleFileExporter as SingleFileExporter
+from cycloid_profile.export.writing.exporter import WrittenFile as WrittenFile
+from cycloid_profile.export.writing.exporter import lib3mf as lib3mf
+from cycloid_profile.export.writing.exporter import plain_name as plain_name
+from cycloid_profile.export.writing.exporter import read_back_error as read_back_error
+from cycloid_profile.export.writing.exporter import require_cad_kernel as require_cad_kernel
+from cycloid_profile.export.writing.folder import atomic_folder as atomic_folder
+from cycloid_profile.export.writing.folder import manifest_entry as manifest_entry
+from cycloid_profile.export.writing.folder import unchanged_entries as unchanged_entries
+from cycloid_profile.export.writing.folder import write_manifest as write_manifest

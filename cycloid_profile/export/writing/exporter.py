@@ -1,0 +1,118 @@
+"""Exporters, the files they write, and the libraries they need."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Generic, Protocol, TypeVar
+
+from cycloid_profile.design import DesignRecord
+from cycloid_profile.errors import ExportError
+from cycloid_profile.export.curves import Deviation
+
+_LONGEST_NAME = 60
+Source = TypeVar("Source", contravariant=True)
+
+
+@dataclass(frozen=True, slots=True)
+class WrittenFile:
+    """A file with its promised tolerance and its measured deviation.
+
+    ``name`` relative to the output folder; ``tolerance`` promised [mm]; ``deviation`` measured by reading the file
+    back with ``reader``; both None for files without a curve. ``entities`` counts the items in the file by kind.
+    """
+
+    name: str
+    format: str
+    tolerance: float | None = None
+    deviation: Deviation | None = None
+    reader: str | None = None
+    entities: dict[str, int] = field(default_factory=dict)
+
+
+class Exporter(Protocol):
+    """One file format."""
+
+    @property
+    def format(self) -> str:
+        """Name of the format in the spec file."""
+        ...
+
+    @property
+    def filenames(self) -> tuple[str, ...]:
+        """Names of the files it writes."""
+        ...
+
+    def write(self, record: DesignRecord, folder: Path) -> tuple[WrittenFile, ...]:
+        """Write the files into ``folder``, read each back and measure it; in the order of ``filenames``."""
+        ...
+
+
+@dataclass(frozen=True)
+class SingleFileExporter(ABC, Generic[Source]):
+    """Exporter of one file; subclasses set ``format`` and ``filename`` and define ``write_file``."""
+
+    format: str
+    filename: str
+
+    @property
+    def filenames(self) -> tuple[str, ...]:
+        """See ``Exporter.filenames``."""
+        return (self.filename,)
+
+    @abstractmethod
+    def write_file(self, source: Source, path: Path) -> WrittenFile:
+        """Write the file at ``path``, read it back and measure it."""
+
+    def write(self, source: Source, folder: Path) -> tuple[WrittenFile, ...]:
+        """See ``Exporter.write``."""
+        return (self.write_file(source, folder / self.filename),)
+
+    def measured(self, tolerance: float, deviation: Deviation, reader: str, entities: dict[str, int]) -> WrittenFile:
+        """The file with its tolerance [mm] and measured deviation; see ``WrittenFile``."""
+        return WrittenFile(self.filename, self.format, tolerance, deviation, reader, entities)
+
+
+def plain_name(name: str) -> str:
+    """``name`` in ASCII letters, digits and a few signs, accents dropped, at most 60 characters."""
+    ascii_only = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode("ascii")
+    return re.sub(r"[^A-Za-z0-9 ._-]", "", ascii_only).strip()[:_LONGEST_NAME] or "DISC"
+
+
+def read_back_error(kind: str, path: Path, finding: str) -> ExportError:
+    """The error of a ``kind`` of file that fails its own check when read back; ``finding`` is a clause."""
+    return ExportError(kind, f"'{path.name}'", finding, "report this as a defect", " ")
+
+
+class LibraryMissing(ExportError):  # noqa: N818 - a state of the machine, not a fault of the input
+    """A library cannot be imported; the message names the package to install."""
+
+
+def require_cad_kernel() -> None:
+    """Raise ``LibraryMissing`` where OpenCascade cannot be imported; the import takes about a second and needs system
+    libraries."""
+    try:
+        import OCP.STEPCAFControl  # noqa: F401 - loads the whole kernel
+    except ImportError as error:
+        raise _missing("STEP export", "the OpenCascade kernel", error, "cadquery-ocp-novtk") from None
+
+
+def lib3mf() -> Any:
+    """The library of the 3MF consortium. Raises ``LibraryMissing`` where it cannot be imported."""
+    try:
+        import lib3mf as library
+    except ImportError as error:
+        raise _missing("3MF and STL export", "lib3mf", error, "lib3mf") from None
+    return library
+
+
+def _missing(what: str, needed: str, error: ImportError, package: str) -> LibraryMissing:
+    remedy = f"install it with 'pip install {package}'"
+    if "libGL" in str(error) or ".so" in str(error):
+        remedy = (
+            "install the system libraries libGL, libX11 and libexpat (Debian: apt install libgl1 libx11-6 libexpat1)"
+        )
+    return LibraryMissing(what, f"needs {needed}", f"which cannot be imported ({error})", remedy, " ")

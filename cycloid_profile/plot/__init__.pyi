@@ -1,0 +1,33 @@
+"""Names of the room of figures; each is imported when first used."""
+
+from .design import accuracy as accuracy
+from .design import convergence as convergence
+from .design import deformation as deformation
+from .design import disc as disc
+from .design import load_map as load_map
+from .design import load_sharing as load_sharing
+from .design import polar_path as polar_path
+from .design import profile_comparison as profile_comparison
+from .design import stage_load as stage_load
+from .design import tooth as tooth
+from .diagnosis import correction as correction
+from .diagnosis import diagnosis_summary as diagnosis_summary
+from .diagnosis import file_residuals as file_residuals
+from .diagnosis import measurement_plan as measurement_plan
+from .figures import figure_of as figure_of
+from .gallery import pictures as pictures
+from .measured import angle_map as angle_map
+from .measured import hysteresis_loop as hysteresis_loop
+from .measured import measurement as measurement
+from .measured import measurement_residual as measurement_residual
+from .measured import transmission_error as transmission_error
+from .style import save as save
+from .style import save_png as save_png
+from .tolerance import budget as budget
+from .tolerance import cost_bars as cost_bars
+from .tolerance import distributions as distributions
+from .tolerance import limited_quantities as limited_quantities
+from .tolerance import ranking as ranking
+from .tolerance import sensitivities as sensitivities
+from .tolerance import tolerance_bars as tolerance_bars
+from .tolerance import tornado as tornado

@@ -1,0 +1,7 @@
+"""Figures of a diagnosis, of a measurement plan and of a correction."""
+
+from cycloid_profile.plot.diagnosis.correction_views import correction as correction
+from cycloid_profile.plot.diagnosis.overview import diagnosis_summary as diagnosis_summary
+from cycloid_profile.plot.diagnosis.overview import file_residuals as file_residuals
+from cycloid_profile.plot.diagnosis.overview import measurement_plan as measurement_plan
+from cycloid_profile.plot.diagnosis.overview import pictures as pictures

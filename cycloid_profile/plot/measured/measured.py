@@ -1,0 +1,222 @@
+"""Figures of measured and simulated files and curves, and of their residuals."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from cycloid_profile.arrays import FloatArray
+from cycloid_profile.effects import AsBuiltReducer
+from cycloid_profile.measurement import HYSTERESIS, LOST_MOTION_MAP, TRANSMISSION_ERROR, Measurement, scanned_disc
+from cycloid_profile.plot.measured.panels import (
+    cell_means,
+    draw_deviation_rings,
+    draw_lobe_image,
+    order_label,
+    turn_ticks,
+    widened,
+)
+from cycloid_profile.plot.style import BLUE, GREEN, GREY, ORANGE, SKY, canvas, note, plain
+from cycloid_profile.rig import (
+    LOST_MOTION_SHARE,
+    AngleMap,
+    Loop,
+    MeasurementResidual,
+    TransmissionError,
+    evaluate_loop,
+    spectrum,
+)
+from cycloid_profile.rig import measurement_residual as residual_of
+from cycloid_profile.units import ARCMIN, ARCSEC, DEGREE, NEWTON_METRE, SIGNS
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_NO_ORDER = 1e-6  # ″
+_LABELLED_ORDERS = 6
+_LABEL_LEFT_FROM = 0.85  # part of the axis beyond which a label would leave the picture to the right
+_CELLS = 60  # of a lobe
+
+
+def measurement(result: Measurement, ax: Any = None, *, reducer: AsBuiltReducer | None = None, name: str = "") -> Any:
+    """One measured file: hysteresis loop with its characteristic values, transmission error with its orders, map, or
+    scan.
+
+    Two axes, or one of a map; of those given for a scan the first must be polar. ``reducer`` names the orders and is
+    the reference of a scan; a scan without one is drawn about its mean radius.
+    """
+    heading, torque = result.kind.title, result.number("torque_nm")
+    if result.kind is HYSTERESIS:
+        return _loop(result["torque_nm"], result["angle_arcmin"], ax, name, heading)
+    if result.kind is TRANSMISSION_ERROR:
+        return _error(result["output_angle_deg"], result["error_arcsec"], torque, reducer, ax, name, heading)
+    if result.kind is LOST_MOTION_MAP:
+        return _map(result["output_angle_deg"], result["lost_motion_arcmin"], torque, "lost motion", ax, name, heading)
+    if reducer is not None:
+        nominal = replace(reducer, teeth=(reducer.case.profile,) * reducer.discs)
+        found = residual_of(nominal, result, scanned_disc(result, reducer.discs))
+        return _scan(found, "tooth of the drawing", ax, name, heading)
+    with canvas(ax, (11.0, 5.6), 1, 2, polar=(0,)) as drawn:
+        z = result["x_mm"] + 1j * result["y_mm"]
+        angle, radius = np.angle(z), np.abs(z) - np.mean(np.abs(z))
+        for axes, x in zip(drawn.axes, (angle, angle / DEGREE), strict=True):
+            axes.plot(x, radius, ".", color=BLUE, markersize=1.5)
+        drawn.axes[1].set(xlabel="polar angle [°]", ylabel="radius minus its mean [mm]")
+        drawn.title(name, heading)
+    return drawn.axes
+
+
+def measurement_residual(result: MeasurementResidual, ax: Any = None, *, name: str = "") -> Any:
+    """Measured minus predicted, compared with the noise; one pair of axes, or two of a scan, the first polar."""
+    unit = SIGNS[result.unit]
+    file = f"{plain(name)}, {plain(result.measurement.name)}" if name else plain(result.measurement.name)
+    heading = f"{file}: gap {result.rms:.3g} {unit} rms, noise {result.noise:.3g} {unit}"
+    if not result.measurement.kind.is_curve:
+        return _scan(result, "prediction", ax, "", heading)
+    with canvas(ax, (9.0, 4.6)) as drawn:
+        axes = drawn.axes
+        axes.plot(result.position, result.residual, color=BLUE, linewidth=0.9)
+        axes.axhspan(-2.0 * result.noise, 2.0 * result.noise, color=SKY, alpha=0.3, label="± 2σ of the noise")
+        axes.set(xlabel=result.axis, ylabel=f"measured minus predicted [{unit}]")
+        axes.set_xlim(float(result.position[0]), float(result.position[-1]))
+        axes.legend(loc="upper right")
+        drawn.title("", heading)
+    return axes
+
+
+def hysteresis_loop(result: Loop, ax: Any = None, *, name: str = "") -> Any:
+    """Torque over angle with the four characteristic values, whole loop and near zero torque; two axes."""
+    heading = f"loop at an output angle of {result.output_angle / DEGREE:.4g}°"
+    return _loop(result.torque / NEWTON_METRE, result.angle / ARCMIN, ax, name, heading)
+
+
+def transmission_error(result: TransmissionError, ax: Any = None, *, name: str = "") -> Any:
+    """Error over a turn of the output, and its orders; two axes."""
+    angle, error, torque = result.output_angle / DEGREE, result.error / ARCSEC, result.torque / NEWTON_METRE
+    return _error(angle, error, torque, result.reducer, ax, name, "transmission error")
+
+
+def angle_map(result: AngleMap, ax: Any = None, *, name: str = "") -> Any:
+    """The angle [′] or stiffness [N·m/′] over a turn of the output, with its mean; one pair of axes."""
+    angle, torque = result.output_angle / DEGREE, result.torque / NEWTON_METRE
+    if result.is_stiffness:
+        stiffness = result.value * ARCMIN / NEWTON_METRE
+        return _map(angle, stiffness, torque, "torsional rigidity", ax, name, "map of rigidity", " N·m/′")
+    return _map(angle, result.value / ARCMIN, torque, "angle", ax, name, "map of an angle")
+
+
+def _loop(torque: FloatArray, angle: FloatArray, ax: Any, name: str, heading: str) -> Any:
+    """Torque [N·m] over angle [′]."""
+    found = evaluate_loop(torque * NEWTON_METRE, angle * ARCMIN)
+    with canvas(ax, (10.0, 5.2), 1, 2, width_ratios=(1.2, 1.0)) as drawn:
+        whole, near = drawn.axes
+        for axes in drawn.axes:
+            axes.plot(angle, torque, color=BLUE, linewidth=1.3)
+            axes.axhline(0.0, color=GREY, linewidth=0.8)
+            axes.set(xlabel="angle [′]", ylabel="torque [N·m]")
+        peak = float(np.max(torque))
+        (T1, a1), (T2, a2) = ((T / NEWTON_METRE, a / ARCMIN) for T, a in found.rigidity_points)
+        rigidity = f"torsional rigidity b/a = {found.torsional_rigidity * ARCMIN / NEWTON_METRE:.4g} N·m/′"
+        whole.plot([a1, a2, a2], [T1, T1, T2], color=ORANGE, linestyle="--", label=rigidity)
+        whole.legend(loc="upper left")
+        whole.set(ylim=(-1.1 * peak, 1.35 * peak), title="whole loop")
+        _about_zero(
+            near, LOST_MOTION_SHARE * peak, *(np.array(found.centreline) / ARCMIN), *np.array(found.zero) / ARCMIN
+        )
+        drawn.title(name, heading)
+    return drawn.axes
+
+
+def _about_zero(ax: Axes, light: float, low: float, high: float, up: float, down: float) -> None:
+    """Lost motion between the centreline at ± ``light`` [N·m], and width of the loop at zero torque; angles [′]."""
+    lost = f"lost motion, centreline at ±3 %: {high - low:.3f}′"
+    ax.plot([low, high], [-light, light], "o", color=GREEN, label=lost)
+    loss = f"hysteresis loss at zero torque: {down - up:.3f}′"
+    ax.plot([up, down], [0.0, 0.0], color=ORANGE, linewidth=3.0, label=loss)
+    for T in (-light, light):
+        ax.axhline(T, color=GREEN, linewidth=0.8, linestyle=":")
+    margin = 0.4 * max(high - low, abs(down - up), 1e-3)
+    ax.set_xlim(min(low, up) - margin, max(high, down) + margin)
+    ax.set_ylim(-2.5 * light, 5.0 * light)
+    ax.legend(loc="upper left")
+    ax.set_title("about zero torque")
+
+
+def _error(
+    angle: FloatArray, error: FloatArray, torque: float | None, reducer: AsBuiltReducer | None, ax: Any, name: str,
+    heading: str,
+) -> Any:  # fmt: skip
+    """Error [″] over angle [°] at a torque [N·m]."""
+    with canvas(ax, (10.0, 6.4), 2) as drawn:
+        top, bottom = drawn.axes
+        top.plot(angle, error, color=BLUE, linewidth=0.7)
+        top.set(xlabel="output angle [°]", ylabel="transmission error [″]", xlim=(0.0, 360.0))
+        top.set_title(f"{np.ptp(error):.3g}″ peak to peak at {torque:.4g} N·m")
+        turn_ticks(top)
+        _orders(bottom, error, reducer)
+        drawn.title(name, heading)
+    return drawn.axes
+
+
+def _orders(ax: Axes, error: FloatArray, reducer: AsBuiltReducer | None) -> None:
+    """Order spectrum with the largest orders named as multiples of lobes, pins or the mesh."""
+    amplitude = spectrum(error)
+    orders = np.arange(amplitude.size)
+    ax.vlines(orders[1:], 0.0, amplitude[1:], color=BLUE, linewidth=1.0)
+    # One row per pin pitch samples equivalent poses only: all orders vanish.
+    highest = max(float(np.max(amplitude[1:])), _NO_ORDER)
+    for order in (np.argsort(amplitude[1:])[::-1][:_LABELLED_ORDERS] + 1).tolist():
+        if amplitude[order] < max(0.02 * highest, _NO_ORDER):
+            continue
+        to_left = order > _LABEL_LEFT_FROM * orders[-1]
+        label = str(order)
+        if reducer is not None:
+            trochoid = reducer.case.drive.trochoid
+            label = order_label(order, trochoid.lobes, trochoid.pins, error.size)
+        at, side = (float(order), float(amplitude[order])), "right" if to_left else "left"
+        note(ax, label, at, (-3 if to_left else 3, 3), ha=side, va="baseline", fontsize=8, color=ORANGE)
+    ax.set(xlabel="order per turn of the output", ylabel="amplitude [″]")
+    ax.set_xlim(0.0, float(orders[-1]) * 1.04)
+    ax.set_ylim(0.0, 1.2 * highest)
+
+
+def _map(
+    angle: FloatArray, value: FloatArray, torque: float | None, quantity: str, ax: Any, name: str, heading: str,
+    unit: str = "′",
+) -> Any:  # fmt: skip
+    """A quantity over angle [°], found between ± a torque [N·m]."""
+    with canvas(ax, (9.0, 4.4)) as drawn:
+        axes = drawn.axes
+        drawn.title(name, heading)
+        axes.plot(angle, value, color=BLUE, linewidth=1.0)
+        axes.axhline(float(np.mean(value)), color=ORANGE, linestyle="--", label=f"mean {np.mean(value):.4g}{unit}")
+        axes.set(xlabel="output angle [°]", ylabel=f"{quantity} [{unit.strip()}]", xlim=(0.0, 360.0))
+        turn_ticks(axes)
+        axes.set_title(f"between ±{torque:.4g} N·m, {np.ptp(value):.3g}{unit} peak to peak")
+        widened(axes, 0.7, 0.05 * float(np.mean(value)))
+        axes.legend(loc="upper right")
+    return axes
+
+
+def _scan(found: MeasurementResidual, reference: str, ax: Any, name: str, heading: str) -> Any:
+    """Deviation along the normal, magnified about a circle, and unrolled over lobe and phase."""
+    angle, outside = np.deg2rad(found.position), -found.residual
+    order = np.argsort(angle)
+    scale = max(4.0 * float(np.std(outside)), 3.0 * found.noise, 1e-3)
+    lobes = found.reducer.case.drive.trochoid.lobes
+    turned = -angle * lobes / (2.0 * np.pi)
+    lobe = np.round(turned)
+    with canvas(ax, (11.0, 5.6), 1, 2, polar=(0,)) as drawn:
+        left, right = drawn.axes
+        left.plot(angle[order], np.zeros(order.size), color=GREY, linewidth=0.8)
+        left.plot(angle[order], outside[order], color=BLUE, linewidth=0.6)
+        draw_deviation_rings(left, scale, 1.2, f"{scale:.2g}")
+        left.set_title(f"outwards of the {reference}", fontsize=10)
+        mean = cell_means(np.mod(lobe, lobes).astype(int), turned - lobe + 0.5, outside, lobes, _CELLS)
+        image = draw_lobe_image(right, mean, scale, 0.5)
+        right.set(xlabel="part of a lobe (0 root, ±0.5 tip)", ylabel="lobe", title="unrolled")
+        drawn.figure.colorbar(image, ax=right, label="outwards [µm]")
+        drawn.title(name, heading)
+    return drawn.axes

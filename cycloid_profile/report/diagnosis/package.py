@@ -1,0 +1,136 @@
+"""Files of a diagnosis in one folder: report, pictures, JSON, and the spec with the effects added; also the plot of a
+measurement plan."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from cycloid_profile import plot
+from cycloid_profile._display import with_unit
+from cycloid_profile.diagnosis import Diagnosis, NamedEffect, Visibility, effect_tables
+from cycloid_profile.diagnosis import diagnosis_to_json as diagnosis_json
+from cycloid_profile.effects import EFFECTS, parameters
+from cycloid_profile.errors import CycloidError
+from cycloid_profile.export.writing import atomic_folder
+from cycloid_profile.plot import save, save_png
+from cycloid_profile.plot.diagnosis import pictures as pictures_of
+from cycloid_profile.report.diagnosis import text
+from cycloid_profile.report.page import PLOTS, REPORT, inline_svg, json_text, template, write_text
+from cycloid_profile.spec import format_spec, parse_spec
+from cycloid_profile.units import SIGNS, sign_of
+
+
+class WrittenDiagnosis(NamedTuple):
+    """Paths of the report and, if effects were found, of the new spec file."""
+
+    report: Path
+    spec: Path | None
+
+
+def write_diagnosis(
+    diagnosis: Diagnosis,
+    name: str,
+    spec: Path,
+    files: Mapping[str, bytes],
+    folder: Path,
+    progress: Callable[[str], None] = lambda _: None,
+) -> WrittenDiagnosis:
+    """Write report, plots and JSON into ``folder``, and SPEC_diagnosed.toml where effects were found.
+
+    ``files``: name and content of each measured file. The spec file itself is not changed.
+    """
+    new_spec = f"{spec.stem}_diagnosed.toml" if diagnosis.effects else None
+    with atomic_folder(folder) as scratch:
+        plots = scratch / PLOTS
+        plots.mkdir()
+        drawn = []
+        for stem, caption, figure in pictures_of(diagnosis, name):
+            progress(f"drawing {stem}")
+            save(figure, plots, stem)
+            drawn.append((stem, caption))
+        write_text(scratch / REPORT, diagnosis_report(diagnosis, name, plots, drawn, new_spec))
+        write_text(scratch / "diagnosis.json", json_text(diagnosis_json(diagnosis, name)))
+        if new_spec is not None:
+            grown = with_effects(spec.read_text(encoding="utf-8-sig"), effect_tables(diagnosis, files))
+            write_text(scratch / new_spec, grown)
+    return WrittenDiagnosis(folder / REPORT, None if new_spec is None else folder / new_spec)
+
+
+def save_plan_plot(rows: Sequence[Visibility], name: str, folder: Path) -> Path:
+    """Draw the smallest size of each effect by measurement; returns the path of the PNG file."""
+    with atomic_folder(folder) as scratch:
+        save_png(plot.measurement_plan(rows, name=name), scratch / "plan.png")
+    return folder / "plan.png"
+
+
+def write_json(file: Path, values: Mapping[str, Any]) -> None:
+    """Write the JSON object of a diagnosis into ``file``."""
+    with atomic_folder(file.parent) as scratch:
+        write_text(scratch / file.name, json_text(values))
+
+
+def with_effects(spec_text: str, tables: list[dict[str, object]]) -> str:
+    """The text of a spec file with ``[[effects]]`` added at its end and nothing else changed."""
+    import tomli_w
+
+    added = "\n".join(f"\n[[effects]]\n{tomli_w.dumps(table)}" for table in tables)
+    # tomli_w writes the uncertainty as a table of its own; it belongs to the effect above it.
+    added = added.replace("\n[uncertainty]", "\n[effects.uncertainty]")
+    grown = spec_text.rstrip() + "\n" + added
+    try:
+        parse_spec(grown)
+    except CycloidError:
+        # The effects are an inline list, to which no table can be added.
+        import msgspec
+
+        spec = parse_spec(spec_text)
+        grown = format_spec(msgspec.structs.replace(spec, effects=(*spec.effects, *tables)))
+    return grown
+
+
+def diagnosis_report(
+    diagnosis: Diagnosis, name: str, plots: Path, pictures: list[tuple[str, str]], new_spec: str | None
+) -> str:
+    """HTML text of the report; ``pictures``, stem and caption of the SVG files in ``plots``; ``new_spec``, file name of
+    the spec with the effects added.
+    """
+    return template("diagnosis.html.j2").render(
+        d=diagnosis,
+        name=name,
+        text=text,
+        effects=[(one, _parameters(one)) for one in diagnosis.effects],
+        kinds=EFFECTS,
+        signs=SIGNS,
+        not_seen=[(text.readable(n), _detection_limit_text(n, *hidden)) for n, hidden in diagnosis.not_seen.items()],
+        pictures=[(caption, inline_svg(plots / f"{stem}.svg", stem)) for stem, caption in pictures],
+        new_spec=new_spec,
+    )
+
+
+def _parameters(one: NamedEffect) -> list[tuple[str, str]]:
+    """Description and value of each parameter of an effect, except those that select a part."""
+    values = []
+    for parameter in parameters(one.candidate.kind):
+        value = one.parameters.get(parameter.name)
+        if value is not None and parameter.name not in text.PARTS:
+            error = one.uncertainty.get(parameter.name)
+            shown = text.with_uncertainty(value, error, sign_of(parameter.name))
+            values.append((re.sub(r" \[.*\]$", "", parameter.text), shown))
+    return values
+
+
+def _detection_limit_text(name: str, size: float, parameter: str) -> str:
+    """Size below which the files do not detect an effect, as text."""
+    known = next(p for p in parameters(EFFECTS[name]) if p.name == parameter)
+    unit = sign_of(parameter)
+    if parameter == "stiffness_nm_per_arcmin":
+        # Compliance is detected, hence a largest stiffness.
+        if math.isfinite(size) and size > 0.0 and 1.0 / size > known.low:
+            return f"anything stiffer than {float(f'{1.0 / size:.2g}'):,.0f} {unit}"
+    elif math.isfinite(size) and size <= known.high:
+        return f"anything below {with_unit(f'{size:.2g}', unit)}"
+    return "these files do not show it"

@@ -1,0 +1,123 @@
+"""Tables of a diagnosis, a measurement plan and a correction, for the terminal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from cycloid_profile.articles import PlainTable
+from cycloid_profile.diagnosis import Visibility, detectable_text, p_value_text
+from cycloid_profile.units import SIGNS
+
+VERDICTS = {
+    "agrees": "measurement and simulation agree",
+    "effects_found": "the missing effect has been found",
+    "unknown_effect": "the difference is not in the library of effects",
+}
+_MOST_PLACES = 8
+
+
+def diagnosis_tables(values: Mapping[str, Any]) -> Iterator[PlainTable]:
+    """Tables of the JSON object of a diagnosis: effects, places, nearest effects, gap, smallest detectable sizes."""
+    if values["effects"]:
+        head = ("effect", "parameters", "confused with", "separated by")
+        yield PlainTable("missing effects", head, tuple(_effect(one) for one in values["effects"]))
+    found = [values["remainder"]] if values["verdict"] == "unknown_effect" else values["where"]
+    places = tuple(
+        (p["file"], p["coordinate"], _range_text(p), _size_text(p), p_value_text(p["p_value"]))
+        for p in found
+        if p is not None
+    )
+    if places:
+        yield PlainTable("where", ("file", "coordinate", "at", "size", "p"), places[:_MOST_PLACES])
+    if values["nearest"]:
+        shares = tuple((n["name"], f"{100.0 * n['share_explained']:.0f} %", n["why_not"]) for n in values["nearest"])
+        yield PlainTable("nearest effects", ("effect", "explains", "rejected because"), shares)
+    keys = ("noise", "fit_before", "fit_after", "held_out_before", "held_out_after")
+    yield PlainTable(
+        "measured minus predicted, rms",
+        ("file", "noise", "fitted before", "after", "held out before", "after", "unit"),
+        tuple((g["file"], *("–" if g[k] is None else f"{g[k]:.4g}" for k in keys), SIGNS[g["unit"]])
+              for g in values["gap"]),
+    )  # fmt: skip
+    if values["verdict"] == "agrees":
+        unseen = tuple((n["name"], _with_unit_symbol(n["smallest_detectable"])) for n in values["not_seen"])
+        yield PlainTable("smallest detectable size of each effect", ("effect", "size"), unseen)
+
+
+def plan_tables(rows: Sequence[Visibility], name: str) -> Iterator[PlainTable]:
+    """Smallest size of each effect that each measurement detects, and that it identifies."""
+    measurements = list(dict.fromkeys(row.measurements for row in rows))
+    cells = {(row.effect, row.measurements): row for row in rows}
+    for title, size in (
+        (f"{name}: smallest size that would be detected, 80 % of the time", "detectable"),
+        ("smallest size that would also be identified, or the effect it is confused with", "identifiable"),
+    ):
+        yield PlainTable(
+            title,
+            ("effect", *measurements),
+            tuple((effect, *(_smallest(one, getattr(one, size)) for one in (cells[effect, m] for m in measurements)))
+                  for effect in dict.fromkeys(row.effect for row in rows)),
+        )  # fmt: skip
+
+
+def correction_tables(values: Mapping[str, Any]) -> Iterator[PlainTable]:
+    """Cancelled effects and the gap to the nominal tooth, from the JSON object of a correction."""
+    cancelled = [
+        (one["name"], ", ".join(f"{k} = {v:.4g}" for k, v in one["parameters"].items()), source)
+        for key, source in (("effects", "found"), ("known_effects", "in the spec"))
+        for one in values[key]
+    ]
+    smooth = values["remainder"]
+    if smooth is not None:
+        cancelled.append(("smooth remainder", f"at most {smooth['largest_um']:.3g} µm", smooth["label"]))
+    title = f"{values['name']}, disc {values['disc']}: cancelled"
+    yield PlainTable(title, ("effect", "parameters", "from"), tuple(cancelled))
+    keys = ("noise_um", "rms_before_um", "rms_after_um")
+    rows = tuple((scan["file"], *(f"{scan[key]:.4g}" for key in keys)) for scan in values["scans"])
+    yield PlainTable("gap to the nominal tooth [µm]", ("file", "noise", "before", "after"), rows)
+
+
+def correction_sentences(values: Mapping[str, Any]) -> list[str]:
+    """Largest deviation, expected scan, clamping where the lobes differ, and notes."""
+    sentences = [
+        f"at most {values['largest_um']:.3g} µm from the nominal tooth (limit {values['limit_um']:g}); "
+        f"a new scan is expected at {values['rms_expected_um']:.3g} µm rms"
+    ]
+    if not values["lobes_alike"]:
+        turns = ", ".join(f"{scan['lobe_1_at_deg']:.4f}° in {scan['file']}" for scan in values["scans"])
+        sentences.append(f"lobes differ: lobe 1 of the program is the one at {turns}; clamp the disc by it")
+    return sentences + [f"note: {sentence}" for sentence in (*values["not_ground_away"], *values["notes"])]
+
+
+def _effect(one: Mapping[str, Any]) -> tuple[str, ...]:
+    errors = one["uncertainty"]
+    sizes = ", ".join(
+        f"{key} = {value:.4g}" + (f" ± {errors[key]:.2g}" if key in errors else "")
+        for key, value in one["parameters"].items()
+    )
+    others = [*one["group"][1:], *(["other locations"] if one["elsewhere"] else [])]
+    return one["name"], sizes, ", ".join(others) or "–", one["separate_by"] or "–"
+
+
+def _range_text(place: Mapping[str, Any]) -> str:
+    start, end = place["from"], place["to"]
+    return f"{start:.4g}" if start == end else f"{start:.4g} to {end:.4g}"
+
+
+def _size_text(place: Mapping[str, Any]) -> str:
+    key = next(k for k in place if k.startswith("rms_"))
+    return f"{place[key]:.3g} {SIGNS[key[4:]]}"
+
+
+def _with_unit_symbol(size: str) -> str:
+    number, _, unit = size.rpartition(" ")
+    return f"{number} {SIGNS[unit]}" if unit in SIGNS else size
+
+
+def _smallest(one: Visibility, size: float) -> str:
+    """A detectable or identifiable ``size``, else the effect it is confused with; a dash where undetectable."""
+    if math.isinf(one.detectable):
+        return "–"
+    return f"as {one.rival}" if math.isinf(size) else detectable_text(size, one.size, symbols=True)

@@ -1,0 +1,194 @@
+"""A diagnosis in sentences: numbers with uncertainty and unit, effects, locations, verdict, confidence."""
+
+from __future__ import annotations
+
+import inspect
+import math
+import re
+
+from cycloid_profile._display import with_unit
+from cycloid_profile.diagnosis import FALSE_ALARM, Diagnosis, Finding, NamedEffect, SizedEffect
+from cycloid_profile.effects import Effect, parameters
+from cycloid_profile.units import SIGNS, sign_of
+
+# Parameters that say which part has the effect.
+PARTS = ("disc", "crank", "form", "lobe", "first_lobe", "pin", "planet", "flank")
+_LEAST_P = 1e-300
+_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_UNCERTAINTY_FIGURES = 2
+
+
+def minus(number: str) -> str:
+    """The number with a true minus sign."""
+    return number.replace("-", "−")
+
+
+def with_uncertainty(value: float, sigma: float | None, unit: str) -> str:
+    """A value rounded to two figures of its standard deviation ``sigma``."""
+    if sigma is None or not math.isfinite(sigma) or sigma <= 0.0:
+        return minus(with_unit(f"{value:.4g}", unit))
+    decimals = min(max(_UNCERTAINTY_FIGURES - 1 - math.floor(math.log10(sigma)), 0), 6)
+    number, error = minus(f"{value:.{decimals}f}"), f"{sigma:.{decimals}f}"
+    close = with_unit("", unit) == unit
+    return f"{number}{unit} ± {error}{unit}" if close else f"{number} ± {error} {unit}"
+
+
+def odds(evidence: float) -> str:
+    """Odds from their logarithm."""
+    return minus(f"e^{evidence:,.0f} : 1")
+
+
+def p_text(p: float) -> str:
+    """Text of a p-value; an upper bound if it is below the smallest number."""
+    if p < _LEAST_P:
+        return "p below 10⁻³⁰⁰"
+    if p >= 1e-3:
+        return f"p = {p:.2g}"
+    digits, power = f"{p:.1e}".split("e")
+    return f"p = {digits}·10{str(int(power)).translate(_SUPERSCRIPT)}"
+
+
+def readable(name: object) -> str:
+    """A name without underscores."""
+    return str(name).replace("_", " ")
+
+
+def describe_effect(one: NamedEffect) -> str:
+    """An effect with its part and size; the names of a group that the files cannot separate."""
+    if len(one.group) > 1:
+        return f"one of these, which the files cannot tell apart: {', '.join(readable(n) for n in one.group)}"
+    place = part_text(one) + (" or at another location" if one.other_locations else "")
+    return f"{readable(one.candidate.name)}{place}, {size_text(one)}"
+
+
+def part_text(one: SizedEffect) -> str:
+    """Disc, crank or lobe in brackets; empty where there is only one."""
+    known = {p.name: p for p in parameters(one.candidate.kind)}
+    texts = []
+    for key in PARTS:
+        if key in known and (key in one.candidate.choice or known[key].optional):
+            value = one.parameters.get(key)
+            texts.append(f"all {key}s" if value is None else f"{readable(key)} {value:g}")
+    return f" ({', '.join(texts)})" if texts else ""
+
+
+def size_text(one: SizedEffect) -> str:
+    """Text of the size of an effect with uncertainty and unit."""
+    name = one.candidate.size
+    return with_uncertainty(one.parameters[name], one.uncertainty.get(name), sign_of(name))
+
+
+def remedy_of(kind: type[Effect]) -> str:
+    """The remedy in the description of an effect; empty where there is none."""
+    return kind.cure
+
+
+def meaning_of(kind: type[Effect]) -> str:
+    """The first sentence of the description of an effect."""
+    first = " ".join((inspect.getdoc(kind) or "").split("\n\n")[0].split())
+    return re.split(r"(?<=\.) (?=[A-Z])", first)[0]
+
+
+def describe_place(finding: Finding, diagnosis: Diagnosis) -> str:
+    """Location and size of a difference between measurement and simulation."""
+    unit = SIGNS.get(finding.unit, finding.unit)
+    size = with_unit(f"{abs(finding.amplitude):.2g}", unit)
+    whole = {
+        "waves per turn": f"a wave of {finding.start:g} per turn of the disc, amplitude {size}",
+        "order": f"order {finding.start:g} per turn of the output, amplitude {size}",
+        "file": f"the whole file, {size} rms",
+    }.get(finding.coordinate)
+    if whole is None:
+        above = finding.amplitude > 0.0
+        direction = f"measured {'above' if above else 'below'} predicted by"
+        if finding.unit == "um":
+            direction = "missing material," if above else "excess material,"
+        whole = f"{_range(finding, diagnosis)}, {direction} {size} on average"
+    return f"{whole} ({finding.file})"
+
+
+def headline(diagnosis: Diagnosis) -> str:
+    """The verdict in one sentence."""
+    if diagnosis.effects:
+        missing = "; and ".join(describe_effect(one) for one in diagnosis.effects)
+        rest = " The residual holds a further effect that is not in the library." if diagnosis.remainder else ""
+        return f"The simulation lacks {missing}.{rest}"
+    if diagnosis.verdict == "unknown_effect":
+        place = diagnosis.where[0] if diagnosis.where else diagnosis.remainder
+        where = "" if place is None else f": {describe_place(place, diagnosis)}"
+        return f"Measurement and simulation differ by something that is not in the library of effects{where}."
+    if diagnosis.detection.significant:
+        return "Measurement and simulation agree within the accuracy of the simulation."
+    return "Measurement and simulation agree within the noise."
+
+
+def summary(diagnosis: Diagnosis) -> str:
+    """The gap on held-out rows in units of the noise; empty without such rows."""
+    files = []
+    for gap in diagnosis.gaps:
+        before, after = gap.held_out_before / gap.noise, gap.held_out_after / gap.noise
+        if math.isfinite(after):
+            change = f"from {before:#.3g} to " if diagnosis.effects else ""
+            files.append(f"{gap.recording.name} {change}{after:#.3g}")
+    return f"Rms on held-out rows, in units of the noise: {', '.join(files)}." if files else ""
+
+
+def confidence(diagnosis: Diagnosis) -> list[str]:
+    """p-values of the difference and of the residual, sentence by sentence."""
+    noise = f"Noise alone causes such a difference with {p_text(diagnosis.detection.p_value)}"
+    sentences = [f"{noise}; the alarm threshold is p = {FALSE_ALARM:g}."]
+    left = p_text(diagnosis.residual_detection.p_value)
+    if diagnosis.verdict == "agrees":
+        if diagnosis.detection.significant:
+            sentences.append("The difference exceeds the noise, but not the accuracy of the simulation.")
+    elif diagnosis.effects:
+        sentences.append(f"With the effects added, the residual has {left}: {_residual(diagnosis)}.")
+        sentences.append(
+            "Odds compare the data with and without an effect, and allow for the locations and sizes tried. "
+            "They hold among the effects of the library only."
+        )
+    else:
+        sentences.append(f"The best fit with the library leaves a residual with {left}.")
+    return sentences
+
+
+def _residual(diagnosis: Diagnosis) -> str:
+    if not diagnosis.residual_detection.significant:
+        return "no more than noise"
+    if diagnosis.remainder is not None:
+        return "more than noise, and unexplained"
+    if diagnosis.residual_detection.significant_findings:
+        return "more than noise, but less than a twentieth of the first gap, hence unnamed"
+    return "more than noise, but within the accuracy of the simulation"
+
+
+def _range(finding: Finding, diagnosis: Diagnosis) -> str:
+    start, end = finding.start, finding.end
+    if finding.coordinate == "lobe":
+        return _lobe_range(start, end, diagnosis.reducer.case.drive.trochoid.lobes)
+    if finding.coordinate == "psi_deg":
+        return f"ψ from {_rounded(start)}° to {_rounded(end)}° on all lobes"
+    if finding.coordinate == "output_angle_deg":
+        return f"output angle {start:.4g}° to {end:.4g}°"
+    for gap in diagnosis.gaps:
+        recording = gap.recording
+        if finding.coordinate == "row" and recording.name == finding.file:
+            rows = [recording.rows[min(max(int(at), 0), recording.rows.size - 1)] for at in (start, end)]
+            torque = " to ".join(_rounded(value) for value in recording.measurement["torque_nm"][rows])
+            return f"rows {rows[0] + 1} to {rows[1] + 1}, torque {torque} N·m"
+    return f"{readable(finding.coordinate)} {start:.4g} to {end:.4g}"
+
+
+def _lobe_range(start: float, end: float, lobes: int) -> str:
+    """A range of lobes, counted from 1, with ψ from −180° to 180° within a lobe."""
+    if abs(end - start - 1.0) < 1e-9 and start == round(start):
+        return f"lobe {start:.0f}"
+    first, last = math.floor(start), math.ceil(end) - 1
+    low, high = (f"{_rounded(360.0 * part - 180.0)}°" for part in (start - first, end - last))
+    if first == last:
+        return f"lobe {first}, ψ from {low} to {high}"
+    return f"lobe {first} from ψ = {low} to lobe {min(last, lobes)} at ψ = {high}"
+
+
+def _rounded(value: float) -> str:
+    return minus(f"{value:.0f}")

@@ -1,0 +1,155 @@
+"""First-order change of a predicted curve by a small change of the reducer, without new equilibria.
+
+A change of gap, bearing fit, stiffness or play acts like a small change of a gap or a fit under the present forces
+(docs/theory.md, Eqs. 50, 51).
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
+from cycloid_profile.contact.stage import StageTangent
+from cycloid_profile.effects import AsBuiltReducer, ReducerChange
+from cycloid_profile.measurement import HYSTERESIS
+from cycloid_profile.rig.hysteresis import stage_torque
+from cycloid_profile.rig.prediction import CurvePrediction, Term, preceding_sign
+from cycloid_profile.units import NEWTON_METRE
+
+
+class FlankWeights(NamedTuple):
+    """Loaded pins of one disc in the poses of one term: number of the ``pose``, phase ``along`` the disc where the pin
+    presses [rad], and ``weight``, the change of a row of this pose per removal there; all of one shape.
+
+    ``of`` the pose to which each row is equivalent, shape (rows,).
+    """
+
+    pose: IntArray
+    along: FloatArray
+    weight: FloatArray
+    of: IntArray
+
+    @property
+    def poses(self) -> int:
+        """Number of poses."""
+        return int(np.max(self.of)) + 1
+
+
+class FirstOrder:
+    """Changes of one predicted curve to first order."""
+
+    def __init__(self, prediction: CurvePrediction) -> None:
+        self.prediction = prediction
+        self._terms = [_TermTangent(prediction, term) for term in prediction.terms]
+
+    def change(self, after: AsBuiltReducer) -> FloatArray:
+        """Change of the column when the reducer becomes ``after``, in its unit, shape (rows,); finite everywhere."""
+        changed = sum(one.term.weight * one.rotation(after) for one in self._terms)
+        return np.asarray(changed) / self.prediction.unit
+
+    def flank_weights(self, disc: int) -> list[FlankWeights]:
+        """Change of the column by a small removal at each place of a disc, counted from 0, that a pin presses on: the
+        sum over the terms.
+        """
+        return [one.flank_weights(disc, one.term.weight / self.prediction.unit) for one in self._terms]
+
+
+class _TermTangent:
+    """Linearisation of one term.
+
+    Flanks and bearings are evaluated at one pose of each set of equivalent ones, pins row by row.
+    """
+
+    def __init__(self, prediction: CurvePrediction, term: Term) -> None:
+        self.reducer, self.term = prediction.reducer, term
+        self.measurement, self.rows = prediction.measurement, prediction.rows
+        self.tangent = StageTangent(term.sharing, prediction.reducer.deviations)
+
+    @cached_property
+    def weight(self) -> FloatArray:
+        """Rotation per gap of each loaded contact, shape (contacts,) [rad/mm]."""
+        at = self.tangent.contacts
+        return self.tangent.pins[at.pose, at.disc, at.pin]
+
+    @cached_property
+    def by_pins(self) -> tuple[ComplexArray, FloatArray]:
+        """Derivative of the rotation by the shift of each pin, to be taken as the real part of the product, and by its
+        oversize, shape (rows, pins) [rad/mm].
+        """
+        stage = self.term.sharing.stage
+        assert stage is not None
+        shift = np.sum(self.tangent.pins * np.conj(stage.normal), axis=1)
+        oversize: FloatArray = -np.sum(self.tangent.pins, axis=1)
+        equivalent = self.term.equivalent
+        turned = np.conj(equivalent.turn(shift.shape[-1]))[:, np.newaxis]
+        return equivalent.over_pins(shift) * turned, equivalent.over_pins(oversize)
+
+    def rotation(self, after: AsBuiltReducer) -> FloatArray:
+        """Change of the angle read, shape (rows,) [rad]."""
+        before = self.reducer
+        change = ReducerChange(before, after)
+        turned: FloatArray = self._at_poses(change)[self.term.equivalent.representative]
+        if after.pin_shift is not before.pin_shift or after.pin_oversize is not before.pin_oversize:
+            by_shift, by_oversize = self.by_pins
+            turned += (by_shift @ (after.pin_shift - before.pin_shift)).real
+            turned += by_oversize @ (after.pin_oversize - before.pin_oversize)
+        turned += change.series_compliance * self.term.through
+        if change.sun_shift:
+            turned += self._by_misfit_row_by_row(change)
+        if (after.encoder, after.input_error) != (before.encoder, before.input_error):
+            turned += change.angle_error(self.term.output_angle)
+        return turned + self._friction_change(after)
+
+    def _at_poses(self, change: ReducerChange) -> FloatArray:
+        """Rotation by flanks, contact law and bearings, which equivalent poses have in common, shape (poses,)."""
+        tangent = self.tangent
+        turned = np.zeros(self.term.sharing.torque.size)
+        for opened in (change.removal(tangent.contacts), change.softening(tangent.contacts)):
+            if opened is not None:
+                turned += np.bincount(tangent.contacts.pose, self.weight * opened, turned.size)
+        misfit = None if change.sun_shift else change.misfit(tangent.crank_angle)
+        if misfit is not None:
+            turned += np.sum(tangent.bearings * misfit, axis=(1, 2))
+        if change.after.case is not change.before.case:
+            bearing_deflection_change = change.bearing_deflection_change(tangent.point.bearing_force)
+            if bearing_deflection_change is not None:
+                turned -= np.sum(tangent.bearings * bearing_deflection_change, axis=(1, 2))
+        return turned
+
+    def _by_misfit_row_by_row(self, change: ReducerChange) -> FloatArray:
+        """Rotation by the fits of the bearings, shape (rows,): the sun can differ between equivalent poses."""
+        tangent, equivalent = self.tangent, self.term.equivalent
+        solved = tangent.crank_angle[equivalent.representative]
+        trochoid = self.reducer.case.drive.trochoid
+        ahead = -trochoid.lobes * self.term.output_angle - solved[:, 0]
+        misfit = change.misfit(solved + ahead[:, np.newaxis])
+        assert misfit is not None
+        weight = (tangent.bearings[..., 0] + 1j * tangent.bearings[..., 1])[equivalent.representative]
+        weight = weight * equivalent.turn(trochoid.pins)[:, np.newaxis]
+        return np.asarray(np.sum(weight.real * misfit[..., 0] + weight.imag * misfit[..., 1], axis=1))
+
+    def flank_weights(self, disc: int, scale: float) -> FlankWeights:
+        """``scale`` times the rotation per removal at each loaded pin [rad/mm]."""
+        at = self.tangent.contacts
+        (own,), foot, lobe = at.by_disc[disc]
+        return FlankWeights(
+            at.pose[own], foot + 2.0 * np.pi * lobe, scale * self.weight[own], self.term.equivalent.representative
+        )
+
+    def _friction_change(self, after: AsBuiltReducer) -> FloatArray | float:
+        before = self.reducer
+        same = (
+            after.coulomb_torque == before.coulomb_torque
+            and after.proportional_friction == before.proportional_friction
+        )
+        if same or self.measurement.kind is not HYSTERESIS:
+            return 0.0
+        torque = self.measurement["torque_nm"] * NEWTON_METRE
+        preceding = preceding_sign(self.measurement)
+        new_stage_torque = stage_torque(torque, after.coulomb_torque, after.proportional_friction, preceding)[self.rows]
+        stiffness = self.term.sharing.torsional_stiffness[self.term.equivalent.representative]
+        compliance = 1.0 / stiffness + before.series_compliance
+        return np.asarray(np.nan_to_num(compliance) * (new_stage_torque - self.term.through))

@@ -1,0 +1,187 @@
+"""Keys of `[drive]` and `[disc]`: pins, disc, first stage, cranks, and the openings of the disc."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from msgspec import Meta
+
+from cycloid_profile.spec.model._table import SIZE, Table, key, length
+
+
+def _stiffness_of(bearing: str) -> Meta:
+    return key(f"Radial stiffness of {bearing} [N/mm].", "give a stiffness such as 4.0e5", ge=1.0, le=1e12)
+
+
+def _play_of(bearing: str) -> Meta:
+    return key(
+        f"Radial play of {bearing}, half the diametral clearance [µm].",
+        "give half the diametral clearance, 0 for none",
+        ge=0,
+        le=1000,
+    )
+
+
+class CranksSpec(Table, frozen=True):
+    """Crank shafts of an RV reducer. Without this table one central eccentric carries the discs."""
+
+    count: Annotated[int, key("Number of crank shafts.", "give 2 or 3 crank shafts", ge=2, le=12)]
+    circle_radius_mm: Annotated[float, length("Pitch circle radius of the crank shafts [mm].")]
+    bearing_stiffness_n_per_mm: Annotated[float, _stiffness_of("each crank bearing")] = 4.0e5
+    bearing_play_um: Annotated[float, _play_of("each crank bearing")] = 0.0
+
+
+class EccentricSpec(Table, frozen=True):
+    """The central eccentric, where there are no crank shafts."""
+
+    bearing_stiffness_n_per_mm: Annotated[float, _stiffness_of("the eccentric bearing")] = 4.0e5
+    bearing_play_um: Annotated[float, _play_of("the eccentric bearing")] = 0.0
+
+
+class FirstStageSpec(Table, frozen=True):
+    """Involute first stage. Without this table the eccentric is the input."""
+
+    sun_teeth: Annotated[int, key("Teeth of the sun z1.", "give the number of teeth of the sun", ge=3, le=1000)]
+    planet_teeth: Annotated[int, key("Teeth of a planet z2.", "give the number of teeth of a planet", ge=3, le=1000)]
+    module_mm: Annotated[float, length("Module of the first stage [mm].")]
+
+
+class CrankBearingSpec(Table, frozen=True):
+    """Rollers between each crank, or the central eccentric, and a disc: rating life, losses. Estimated where absent."""
+
+    dynamic_load_rating_n: (
+        Annotated[
+            float,
+            key(
+                "Dynamic load rating C of one bearing [N]; absent: from the rollers by ISO 281, steel discs only.",
+                "give C of the catalogue in N",
+                gt=0,
+                le=1e9,
+            ),
+        ]
+        | None
+    ) = None
+    roller_count: (
+        Annotated[
+            int,
+            key(
+                "Number of rollers; absent: one every 1.5 diameters of the pitch circle, assumed.",
+                "give the number of rollers",
+                ge=3,
+                le=1000,
+            ),
+        ]
+        | None
+    ) = None
+    roller_diameter_mm: (
+        Annotated[float, length("Diameter of a roller [mm]; absent: 0.23 of the radius of the crank hole, assumed.")]
+        | None
+    ) = None
+    roller_length_mm: (
+        Annotated[float, length("Length of a roller without chamfers [mm]; absent: 0.75 of the face width, assumed.")]
+        | None
+    ) = None
+
+
+class PinSeatSpec(Table, frozen=True):
+    """Where a pin is free of its seat under a disc. Without this table pins count as seated along their length."""
+
+    span_mm: Annotated[
+        float,
+        key(
+            "Length a pin bridges between two seats: a relief of the groove, or all between end plates [mm].",
+            "give a length in mm, 0 for a whole groove",
+            ge=0,
+            le=1e4,
+        ),
+    ] = 0.0
+    overhang_mm: Annotated[
+        float,
+        key(
+            "Length of a pin beyond the end of its seat [mm].",
+            "give a length in mm, 0 for a pin that is seated to its end",
+            ge=0,
+            le=1e4,
+        ),
+    ] = 0.0
+
+
+class DriveSpec(Table, frozen=True):
+    """Pins, disc and how the disc is held."""
+
+    pins: Annotated[int, key("Number of pins z_p; the disc has one lobe less.", "give 3 to 1000 pins", ge=3, le=1000)]
+    pin_circle_radius_mm: Annotated[float, length("Radius of the circle through the pin centres r_p [mm].")]
+    pin_radius_mm: Annotated[float, length("Radius of a pin r_rp [mm].")]
+    eccentricity_mm: Annotated[float, length("Eccentricity a [mm].")]
+    disc_width_mm: Annotated[float, key("Face width b of one disc [mm].", "give the face width of one disc", **SIZE)]
+    discs: Annotated[int, key("Number of discs, evenly phased.", "give 1, 2 or 3 discs", ge=1, le=6)]
+    cranks: CranksSpec | None = None
+    eccentric: EccentricSpec = EccentricSpec()
+    crank_bearing: CrankBearingSpec = CrankBearingSpec()
+    pin_seat: PinSeatSpec | None = None
+    first_stage: FirstStageSpec | None = None
+
+
+class HolesSpec(Table, frozen=True):
+    """A ring of equal holes through the disc, such as those of the output pins."""
+
+    count: Annotated[int, key("Number of holes.", "give at least 1 hole", ge=1, le=100)]
+    circle_radius_mm: Annotated[float, length("Pitch circle radius of the holes [mm].")]
+    radius_mm: Annotated[float, length("Radius of a hole [mm].")]
+
+
+class WindowsSpec(Table, frozen=True):
+    """A ring of equal windows between two radii, with radial sides; slots where the corners are round ends."""
+
+    count: Annotated[int, key("Number of windows.", "give at least 1 window", ge=1, le=100)]
+    inner_radius_mm: Annotated[float, length("Radius of the inner edge [mm].")]
+    outer_radius_mm: Annotated[float, length("Radius of the outer edge [mm].")]
+    span_deg: Annotated[float, key("Angle between the sides of a window [°].", "give an angle in °", gt=0, lt=360)]
+    corner_radius_mm: (
+        Annotated[
+            float,
+            key(
+                "Radius of the corners [mm]; absent: a quarter of the width, or what fits; half the width makes slots.",
+                "give a length in mm, 0 for sharp corners",
+                ge=0,
+                le=1e4,
+            ),
+        ]
+        | None
+    ) = None
+    first_at_deg: (
+        Annotated[
+            float,
+            key(
+                "Angle of the first window's middle from the x axis [°]; absent: half a pitch, between crank holes.",
+                "give an angle in °",
+                ge=-360,
+                le=360,
+            ),
+        ]
+        | None
+    ) = None
+
+
+class KeywaySpec(Table, frozen=True):
+    """Keyways of the bore, with parallel sides and a flat floor."""
+
+    width_mm: Annotated[float, length("Width of the key [mm].")]
+    depth_mm: Annotated[float, length("Depth from the circle of the bore to the floor, at the middle [mm].")]
+    count: Annotated[int, key("Number of keyways, evenly round the bore.", "give 1 keyway", ge=1, le=100)] = 1
+    corner_radius_mm: Annotated[
+        float, key("Radius between floor and sides [mm].", "give a length in mm, 0 for sharp corners", ge=0, le=1e4)
+    ] = 0.0
+    first_at_deg: Annotated[
+        float, key("Angle of the first keyway from the x axis [°].", "give an angle in °", ge=-360, le=360)
+    ] = 0.0
+
+
+class DiscSpec(Table, frozen=True):
+    """Openings of the disc; sizes are estimated where absent."""
+
+    bore_radius_mm: Annotated[float, length("Radius of the central bore [mm].")] | None = None
+    crank_hole_radius_mm: Annotated[float, length("Radius of the crank holes [mm].")] | None = None
+    output_holes: HolesSpec | None = None
+    windows: WindowsSpec | None = None
+    keyway: KeywaySpec | None = None

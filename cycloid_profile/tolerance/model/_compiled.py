@@ -1,0 +1,129 @@
+"""Balance and first touch of very many reducers, compiled by numba; imported inside functions only.
+
+Each call uses one thread and releases the interpreter lock, so that chunks run in parallel.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from cycloid_profile.arrays import FloatArray, IntArray
+from cycloid_profile.contact.stage import StageEnergy
+from cycloid_profile.contact.stage._kernels import PoseProblem, StageArrays, least_energy, workspace
+
+_ABREAST = 8  # reducers side by side: as many numbers as the processor keeps at hand
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def least_turns(  # pragma: no cover - compiled, out of the sight of the coverage tool
+    begin: IntArray, column: IntArray, weight: FloatArray, base: FloatArray, x: FloatArray, least: FloatArray
+) -> None:
+    """Fill ``least``, shape (reducers, flanks), with the least closing turn of each flank over its contacts.
+
+    The matrix of turns per unit in rows by contact and flank: row r has ``weight`` at the coordinates ``column`` from
+    ``begin[r]`` on; ``base`` shape (contacts, flanks); ``x`` shape (reducers, coordinates).
+    """
+    contacts, flanks = base.shape
+    reducers, coordinates = x.shape
+    some, found = np.empty((coordinates, _ABREAST)), np.empty((flanks, _ABREAST))
+    for first in range(0, reducers, _ABREAST):
+        count = min(_ABREAST, reducers - first)
+        for s in range(_ABREAST):
+            for c in range(coordinates):
+                some[c, s] = x[first + min(s, count - 1), c]
+        found[:] = np.inf
+        for k in range(contacts):
+            for f in range(flanks):
+                # Without a sign an index needs no look at numbers counted from the end.
+                row = np.uint64(k * flanks + f)
+                t0 = t1 = t2 = t3 = t4 = t5 = t6 = t7 = base[k, f]
+                for entry in range(np.uint64(begin[row]), np.uint64(begin[row + np.uint64(1)])):
+                    w, at = weight[entry], np.uint64(column[entry])
+                    # Eight names, not eight places of an array: twice as fast.
+                    t0 += w * some[at, 0]
+                    t1 += w * some[at, 1]
+                    t2 += w * some[at, 2]
+                    t3 += w * some[at, 3]
+                    t4 += w * some[at, 4]
+                    t5 += w * some[at, 5]
+                    t6 += w * some[at, 6]
+                    t7 += w * some[at, 7]
+                found[f, 0] = min(found[f, 0], t0)
+                found[f, 1] = min(found[f, 1], t1)
+                found[f, 2] = min(found[f, 2], t2)
+                found[f, 3] = min(found[f, 3], t3)
+                found[f, 4] = min(found[f, 4], t4)
+                found[f, 5] = min(found[f, 5], t5)
+                found[f, 6] = min(found[f, 6], t6)
+                found[f, 7] = min(found[f, 7], t7)
+        for s in range(count):
+            for f in range(flanks):
+                least[first + s, f] = found[f, s]
+
+
+def balanced_reducers(
+    energy: StageEnergy,
+    gap: FloatArray,
+    stretch: FloatArray,
+    play: FloatArray,
+    pressure_per_root_force: FloatArray,
+    start: FloatArray,
+    tolerance: float,
+) -> tuple[FloatArray, FloatArray]:
+    """Rotation of the output [rad] and highest peak pressure [MPa], shape (reducers, loads); NaN without equilibrium.
+
+    ``energy`` of the stage as drawn, under any contact law, its poses the loads; ``gap`` (reducers, loads, discs, pins)
+    and ``stretch`` (reducers, loads, bearings, 2) of each reducer in place of those as drawn [mm]; ``play`` of its
+    bearings, shape (reducers,) [mm]; ``pressure_per_root_force``, peak pressure of each contact under 1 N [MPa];
+    ``start`` (reducers, loads, unknowns); ``tolerance`` of the imbalance over the torque.
+    """
+    turned, pressure = np.empty(gap.shape[:2]), np.empty(gap.shape[:2])
+    _balanced(
+        energy.arrays(), np.array(energy.load, order="C"), gap, stretch, play, pressure_per_root_force, start,
+        tolerance, turned, pressure,
+    )  # fmt: skip
+    return turned, pressure
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def _balanced(  # pragma: no cover - compiled, out of the sight of the coverage tool
+    drawn: StageArrays,
+    load: FloatArray,
+    gap: FloatArray,
+    stretch: FloatArray,
+    play: FloatArray,
+    per_root_force: FloatArray,
+    start: FloatArray,
+    tolerance: float,
+    turned: FloatArray,
+    pressure: FloatArray,
+) -> None:
+    """Fill ``turned`` and ``pressure``, shape (reducers, loads).
+
+    The stage as ``drawn``, its poses the loads, and the forces ``load`` that deform its elastic discs; the others as in
+    ``balanced_reducers``.
+    """
+    reducers, loads, discs, pins = gap.shape
+    step, forces = np.empty(start.shape[2]), np.empty(load.shape[1])
+    work = workspace(discs, pins, stretch.shape[2], step.size, forces.size > 0)
+    for i in range(reducers):
+        for p in range(loads):
+            step[:], forces[:] = start[i, p], load[p]
+            problem = PoseProblem(
+                drawn.law, drawn.constant[p], gap[i, p], drawn.frame[p], drawn.own, drawn.spring_stretch[p],
+                stretch[i, p], drawn.bearing_stiffness, play[i], drawn.torque[p], drawn.rotation[p], drawn.arm,
+                drawn.compliance[p],
+            )  # fmt: skip
+            off = least_energy(problem, tolerance, step, forces, work)
+            highest = 0.0
+            for d in range(discs):
+                for k in range(pins):
+                    force = work.force[d * pins + k]
+                    if force > 0.0:
+                        highest = max(highest, math.sqrt(force) * per_root_force[p, d, k])
+            lost = not off < 100.0 * tolerance
+            turned[i, p] = np.nan if lost else drawn.rotation[p] + step[0]
+            pressure[i, p] = np.nan if lost else highest

@@ -1,0 +1,214 @@
+"""Rotation and pin loads under torque: of many reducers with gaps linear about the drawing, and derivatives about one.
+
+The errors of a reducer open its gaps and stretch its bearings; load equilibrium is then solved separately for each
+simulated reducer, nonlinear and one-sided. Only the place of a contact is taken from the drawing (docs/tolerance.md,
+Eq. 59).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from cycloid_profile.arrays import FloatArray
+from cycloid_profile.contact.bodies import support_model
+from cycloid_profile.contact.mesh import LEAST_REACH, gaps, mesh
+from cycloid_profile.contact.stage import (
+    ContactPoints,
+    CurvedContacts,
+    StageEnergy,
+    StageEquilibrium,
+    StageTangent,
+    energy_with,
+)
+from cycloid_profile.effects import AsBuiltReducer, ReducerChange, as_drawn
+from cycloid_profile.errors import SolveError
+from cycloid_profile.tolerance.model._crank_locked import sparse_columns
+
+TOLERANCE = 1e-7  # of the torque, out of balance
+_BLOCK = 24  # reducers at once
+
+
+@dataclass(frozen=True)
+class LoadedStage:
+    """The stage as drawn at some loads, a crank angle and a torque each, and its change by errors.
+
+    ``energy`` of the stage about each equilibrium, one pose per load; ``gap_by_unit`` sparse (loads·discs·pins,
+    coordinates) [mm per unit]; ``stretch_by_unit`` sparse (loads·bearings·2, coordinates) [mm per unit];
+    ``play_by_unit``, ``compliance_by_unit`` shape (coordinates,) [mm, rad/(N·mm) per unit]; ``read_by_unit`` shape
+    (loads, coordinates), angle errors [rad per unit]; ``pressure_per_root_force`` peak pressure of each contact under
+    1 N, shape (loads, discs, pins) [MPa]. ``rigid_motion`` shape (loads, unknowns) of all discs with the carrier;
+    ``closing`` of each gap per rotation along the torque, 0 where too little [mm]; ``overclosure``, an additional
+    rotation that guarantees contact, shape (loads,) [rad].
+    """
+
+    reducer: AsBuiltReducer
+    crank_angle: FloatArray
+    energy: StageEnergy
+    gap_by_unit: Any
+    stretch_by_unit: Any
+    play_by_unit: FloatArray
+    compliance_by_unit: FloatArray
+    read_by_unit: FloatArray
+    pressure_per_root_force: FloatArray
+    rigid_motion: FloatArray
+    closing: FloatArray
+    overclosure: FloatArray
+
+    def answers(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Rotation of the output [rad] and highest peak pressure [MPa] at each load, shape (reducers, loads).
+
+        NaN where a reducer finds no equilibrium.
+        """
+        blocks = [self._block(x[at : at + _BLOCK]) for at in range(0, len(x), _BLOCK)]
+        rotation, pressure = (np.concatenate(each) for each in zip(*blocks, strict=True))
+        return rotation, pressure
+
+    def errors(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Gaps, unloaded bearing displacements and bearing play of reducers with coordinates ``x`` [mm].
+
+        Shapes (reducers, loads, discs, pins), (reducers, loads, bearings, 2) and (reducers,).
+        """
+        columns = np.ascontiguousarray(x.T)
+        return (
+            self.energy.gap + (self.gap_by_unit @ columns).T.reshape(len(x), *self.energy.gap.shape),
+            self.energy.stretch + (self.stretch_by_unit @ columns).T.reshape(len(x), *self.energy.stretch.shape),
+            np.maximum(self.energy.play + _weighted(x, self.play_by_unit), 0.0),
+        )
+
+    def start(self, gap: FloatArray) -> FloatArray:
+        """Start of the search: all discs turned with the carrier until a pin is pressed, shape (reducers, loads, n).
+
+        Without any contact the force is zero and gives no search direction.
+        """
+        with np.errstate(divide="ignore", invalid="ignore"):
+            turn = np.where(self.closing > 0.0, gap / self.closing, np.inf)
+        first = np.min(turn, axis=(2, 3)) + self.overclosure
+        return np.asarray((np.sign(self.energy.torque) * first)[..., np.newaxis] * self.rigid_motion)
+
+    def _block(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        from cycloid_profile.tolerance.model._compiled import balanced_reducers
+
+        gap, stretch, play = self.errors(x)
+        highest, start = self.pressure_per_root_force, self.start(gap)
+        turned, pressure = balanced_reducers(self.energy, gap, stretch, play, highest, start, TOLERANCE)
+        through = self.reducer.series_compliance + _weighted(x, self.compliance_by_unit)
+        read = np.stack([_weighted(x, row) for row in self.read_by_unit], axis=1)
+        return turned + through[:, np.newaxis] * self.energy.torque + read, pressure
+
+
+def _weighted(x: FloatArray, weights: FloatArray) -> FloatArray:
+    """Σ x·weights of each row, added in an order that does not depend on how many rows there are."""
+    some = np.flatnonzero(weights)
+    return np.asarray(np.sum(x[:, some] * weights[some], axis=1))
+
+
+def loaded_stage(
+    reducer: AsBuiltReducer, changes: Sequence[ReducerChange], crank_angle: FloatArray, torque: FloatArray
+) -> LoadedStage:
+    """The stage at crank angles of disc 1 [rad] under torques [N·mm], shape (loads,) both.
+
+    The gaps and bearing displacements change linearly with the errors of ``reducer``, about the nominal stage.
+
+    Raises
+    ------
+    SolveError
+        If the stage as drawn has no equilibrium at one of the loads.
+    LoadError
+        If a torque is zero or not finite.
+    """
+    case = reducer.case
+    solved = StageEquilibrium().at(case, crank_angle, torque)
+    if not solved.converged:
+        raise SolveError("load sharing of the drawing", solved.status.value, "", "check the spec with accuracy", ": ")
+    meshing = mesh(case.drive.trochoid, crank_angle, case.drive.discs)
+    support = support_model(case.drive, meshing.crank_angle)
+    assert solved.stage is not None
+    motion = solved.stage.motion
+    found = gaps(case.profile, case.drive.pin_radius, meshing, motion[..., 0] + 1j * motion[..., 1], motion[..., 2])
+    points = ContactPoints.on_grid(found.foot, meshing.lobe, found.normal)
+    own = ReducerChange(as_drawn(case), reducer)
+    energy = energy_with(solved, support, found)
+    opened, stretched = own.gap(points), own.misfit(meshing.crank_angle)
+    energy = replace(
+        energy,
+        gap=energy.gap if opened is None else energy.gap + opened,
+        stretch=energy.stretch if stretched is None else energy.stretch + stretched,
+    )
+    along = support.motion(support.rigid_motion)[:, :, np.newaxis]
+    arm = energy.normal_x * along[..., 0] + energy.normal_y * along[..., 1] + energy.lever * along[..., 2]
+    arm *= np.sign(solved.torque)[:, np.newaxis, np.newaxis]
+    longest = case.drive.trochoid.longest_lever
+    pressed = case.law.approach(np.abs(solved.torque) / longest, case.line_contact(np.zeros(len(solved.torque))))
+    angle = -meshing.crank_angle[:, 0] / case.drive.trochoid.lobes
+    return LoadedStage(
+        reducer=reducer,
+        crank_angle=np.asarray(crank_angle, dtype=np.float64),
+        energy=energy,
+        gap_by_unit=sparse_columns([one.gap(points) for one in changes], energy.gap.size),
+        stretch_by_unit=sparse_columns([one.misfit(meshing.crank_angle) for one in changes], energy.stretch.size),
+        play_by_unit=np.array([one.play for one in changes]),
+        compliance_by_unit=np.array([one.series_compliance for one in changes]),
+        read_by_unit=np.array([one.angle_error(angle) for one in changes]).T,
+        pressure_per_root_force=case.law.peak_pressure(np.ones_like(found.gap), energy.contact),
+        rigid_motion=support.rigid_motion,
+        closing=np.where(arm > LEAST_REACH * longest, arm, 0.0),
+        overclosure=0.5 * pressed / longest,
+    )
+
+
+@dataclass(frozen=True)
+class LoadedDerivatives:
+    """Answers at some loads and their derivatives by the coordinates of the changes.
+
+    ``rotation`` as an encoder reads it, shape (loads,) [rad], and ``rotation_by_unit``, shape (loads, coordinates);
+    ``pressure`` of every loaded contact of all loads, shape (contacts,) [MPa], and ``pressure_by_unit``.
+    """
+
+    rotation: FloatArray
+    rotation_by_unit: FloatArray
+    pressure: FloatArray
+    pressure_by_unit: FloatArray
+
+
+def loaded_derivatives(
+    reducer: AsBuiltReducer, changes: Sequence[ReducerChange], crank_angle: FloatArray, torque: FloatArray
+) -> LoadedDerivatives:
+    """The stage as built at crank angles of disc 1 [rad] under torques [N·mm], shape (loads,) both.
+
+    Raises
+    ------
+    SolveError
+        If the stage has no equilibrium at one of the loads.
+    LoadError
+        If a torque is zero or not finite.
+    """
+    solved = StageEquilibrium(deviations=reducer.deviations).at(reducer.case, crank_angle, torque)
+    if not solved.converged:
+        raise SolveError("load sharing", solved.status.value, "", "take smaller effects", ": ")
+    tangent = StageTangent(solved, reducer.deviations, geometric=True)
+    contacts = tangent.contacts
+    assert isinstance(contacts, CurvedContacts)
+    found = tangent.response(
+        [one.contact_change(contacts) for one in changes], [_stretch(one, tangent) for one in changes]
+    )
+    angle = -solved.crank_angle / reducer.case.drive.trochoid.lobes
+    read = [one.series_compliance * solved.torque + one.angle_error(angle) for one in changes]
+    own = reducer.series_compliance * solved.torque + reducer.angle_error(angle)
+    return LoadedDerivatives(
+        solved.rotation + own, found.motion[:, 0] + np.stack(read, axis=-1), contacts.pressure, found.pressure
+    )
+
+
+def _stretch(change: ReducerChange, tangent: StageTangent) -> FloatArray | None:
+    """Unloaded bearing displacement per unit, less the added deflection of softer or looser bearings."""
+    misfit, bearing_deflection_change = (
+        change.misfit(tangent.crank_angle),
+        change.bearing_deflection_change(tangent.point.bearing_force),
+    )
+    if misfit is None or bearing_deflection_change is None:
+        return misfit if bearing_deflection_change is None else -bearing_deflection_change
+    return misfit - bearing_deflection_change

@@ -1,0 +1,198 @@
+"""Run a study: its chunks are computed by threads of this machine or by the workers of a Dask cluster."""
+
+from __future__ import annotations
+
+import gc
+import os
+import pickle
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import CancelledError, ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import islice
+from pathlib import Path
+from typing import Any, Protocol, TypeVar
+
+import numpy as np
+
+from cycloid_profile.arrays import FloatArray
+from cycloid_profile.errors import ToleranceError
+from cycloid_profile.tolerance.model import Quantities
+from cycloid_profile.tolerance.study.chunks import Study
+from cycloid_profile.tolerance.study.store import Store, open_store
+
+# Queued chunks per thread of a cluster: enough to keep it busy, few enough for the memory of the scheduler.
+_QUEUED = 3
+_TIMEOUT = 10.0  # s to find a scheduler
+# Times that a chunk is computed whose result dies with its worker; each needs one more worker to die.
+_TRIES = 5
+
+T = TypeVar("T")
+
+
+class Workers(Protocol):
+    """A method to compute chunks."""
+
+    def results(self, study: Study, numbers: Sequence[int]) -> Iterator[tuple[int, FloatArray]]:
+        """Chunks with their results, in order of completion or of number."""
+        ...
+
+
+def run(
+    study: Study, folder: Path, workers: Workers | None = None, progress: Callable[[str], None] = lambda _: None
+) -> Store:
+    """All results of a study in ``folder``, each chunk written when it is finished; chunks of an interrupted run are
+    reused.
+
+    Raises ``ToleranceError`` if the folder cannot be written to, or the workers cannot compute.
+    """
+    store = open_store(folder, study)
+    missing = store.missing()
+    known, began = study.chunks - len(missing), time.monotonic()
+    if known:
+        progress(f"{known} of {study.chunks} chunks are there from a run before")
+    for done, (number, values) in enumerate((workers or Threads()).results(study, missing), start=1):
+        store.put(number, values)
+        seconds = (time.monotonic() - began) / done * (len(missing) - done)
+        reducers = min((known + done) * study.chunk, study.samples)
+        progress(f"{reducers:,} of {study.samples:,} reducers, {seconds:.0f} s to go")
+    return store
+
+
+@dataclass(frozen=True, slots=True)
+class Threads:
+    """``count`` threads of this machine, None for one a core."""
+
+    count: int | None = None
+
+    def results(self, study: Study, numbers: Sequence[int]) -> Iterator[tuple[int, FloatArray]]:
+        # The models that chunks share are made before they start: two threads would make them twice.
+        assert study.quantity_model.answers
+        with ThreadPoolExecutor(self.count or cores()) as pool:
+            try:
+                yield from zip(numbers, pool.map(study.values, numbers), strict=True)
+            finally:
+                pool.shutdown(cancel_futures=True)
+
+
+def cores() -> int:
+    """Number of cores this process may use; all cores of the machine if the system does not report it."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def on_all_cores(compute: Callable[[T], FloatArray], items: Iterable[T]) -> list[FloatArray]:
+    """Arrays of all ``items`` in their order, computed by one thread a core."""
+    with ThreadPoolExecutor(cores()) as pool:
+        return list(pool.map(compute, items))
+
+
+@dataclass(frozen=True)
+class ParallelQuantities:
+    """Quantities evaluated in parallel: each core computes some of the reducers."""
+
+    answers: Quantities
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return self.answers.names
+
+    def of(self, x: FloatArray) -> FloatArray:
+        return np.concatenate(on_all_cores(self.answers.of, np.array_split(x, min(cores(), max(len(x), 1)))))
+
+
+@dataclass(frozen=True, slots=True)
+class Cluster:
+    """The workers of the Dask cluster at ``scheduler``, such as ``tcp://host:8786``.
+
+    Each task contains all its data. If a worker is lost, the scheduler gives its chunks to the others.
+    """
+
+    scheduler: str
+
+    def results(self, study: Study, numbers: Sequence[int]) -> Iterator[tuple[int, FloatArray]]:
+        """See ``Workers.results``.
+
+        Raises ``ToleranceError`` if there is no such scheduler, it has no workers, or they cannot compute.
+        """
+        distributed = _distributed()
+        data = pickle.dumps(replace(study))
+        name = f"cycloid-{study.fingerprint[:24]}-{study.samples}"
+        client = self._client(distributed)
+        try:
+            if not client.scheduler_info()["workers"]:
+                raise self._refusal("has no workers", "start some with 'dask worker ADDRESS'")
+            tries = dict.fromkeys(numbers, 0)
+
+            def submitted(number: int) -> Any:
+                tries[number] += 1
+                return client.submit(chunk_values, data, number, key=(f"{name}-{number}", tries[number]))
+
+            waiting = iter(numbers)
+            queued = {submitted(n): n for n in islice(waiting, _QUEUED * max(1, sum(client.nthreads().values())))}
+            done = distributed.as_completed(list(queued), with_results=False, raise_errors=False)
+            for future in done:
+                number = queued.pop(future)
+                answer = self._answer(future)
+                if answer is not None:
+                    yield answer
+                    again = list(islice(waiting, 1))
+                elif tries[number] < _TRIES:
+                    again = [number]
+                else:
+                    raise self._refusal(f"lost chunk {number} {_TRIES} times", "see the logs of its workers")
+                more = {submitted(n): n for n in again}
+                queued.update(more)
+                done.update(list(more))
+        finally:
+            client.close()
+
+    def _answer(self, future: Any) -> tuple[int, FloatArray] | None:
+        """Result of a finished task, None where it was lost with the worker that held it."""
+        if future.status == "error":
+            raise self._refusal(
+                f"lost a chunk ({future.exception()})", "install the same version of cycloid-profile on its workers"
+            )
+        try:
+            answer: tuple[int, FloatArray] = future.result()
+        except CancelledError:
+            return None
+        return answer
+
+    def _client(self, distributed: Any) -> Any:
+        try:
+            return distributed.Client(self.scheduler, timeout=_TIMEOUT)
+        except (OSError, TimeoutError, ValueError) as error:
+            reason = str(error).split("\n")[0] or "no answer"
+        # An unconnected client closes only on garbage collection, which could deadlock while the next one starts.
+        # Outside the handler nothing refers to it.
+        gc.collect()
+        raise self._refusal(
+            f"cannot be reached ({reason})", "start one with 'dask scheduler', or leave --scheduler out"
+        )
+
+    def _refusal(self, what: str, remedy: str) -> ToleranceError:
+        return ToleranceError("scheduler", f"'{self.scheduler}'", what, remedy, " ")
+
+
+def chunk_values(data: bytes, number: int) -> tuple[int, FloatArray]:
+    """Results of a chunk of a pickled study; runs on a worker of a cluster."""
+    return number, _unpickled(data).values(number)
+
+
+@lru_cache(maxsize=4)
+def _unpickled(data: bytes) -> Study:
+    """The study with the models that its chunks share, made once in each worker."""
+    study: Study = pickle.loads(data)
+    return study
+
+
+def _distributed() -> Any:
+    try:
+        import distributed
+    except ImportError as error:
+        raise ToleranceError(
+            "--scheduler", "given", f"needs Dask, which cannot be imported ({error})",
+            "install it with 'pip install \"cycloid-profile[cluster]\"'", " ",
+        ) from None  # fmt: skip
+    return distributed
