@@ -11,7 +11,7 @@ from typing import Any
 
 from benchmarks.rv40e import loaded_rv40e
 from benchmarks.touched import TouchedDisc
-from cycloid_profile.contact.equilibrium import balance_moments, balance_moments_plainly
+from cycloid_profile.contact.disc.equilibrium import balance_moments, balance_moments_numpy
 
 POSES = 10_000
 ROUNDS = 150
@@ -26,7 +26,7 @@ def main() -> None:
     cores = numba.get_num_threads()
     plain, alone, together = [], [], []
     for _ in range(ROUNDS):
-        plain.append(_seconds(lambda: balance_moments_plainly(*given)))
+        plain.append(_seconds(lambda: balance_moments_numpy(*given)))
         for threads, times in ((1, alone), (cores, together)):
             numba.set_num_threads(threads)
             times.append(_seconds(lambda: balance_moments(*given)))

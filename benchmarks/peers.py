@@ -20,7 +20,7 @@ from benchmarks import exact
 from benchmarks.document import machine, put, table
 from benchmarks.rv40e import EQUIDISTANT, TORQUE, loaded_rv40e
 from cycloid_profile.arrays import ComplexArray, FloatArray
-from cycloid_profile.geometry.cloud import point_cloud
+from cycloid_profile.geometry import point_cloud
 
 POINTS, CHECKED = 1_000_000, 199
 SHIFT, TURN = 0.005 - 0.003j, 1e-4  # mm, rad: a disc that is not where the drawing has it

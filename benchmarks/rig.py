@@ -12,11 +12,10 @@ import numpy as np
 from benchmarks.document import machine, put, table
 from benchmarks.rv40e import loaded_rv40e
 from cycloid_profile.contact.stage import StageEquilibrium
-from cycloid_profile.design.ground import built_reducer
-from cycloid_profile.effects.built import Built, as_drawn
-from cycloid_profile.effects.registry import effect
-from cycloid_profile.rig.simulate import Settings, simulate
-from cycloid_profile.spec.read import read_spec
+from cycloid_profile.design import as_built_reducer
+from cycloid_profile.effects import AsBuiltReducer, as_drawn, effect
+from cycloid_profile.rig import Settings, simulate
+from cycloid_profile.spec import read_spec
 
 ROOT = Path(__file__).parents[1]
 ROUNDS = 3
@@ -41,52 +40,52 @@ def _seconds(work: Work) -> float:
     return perf_counter() - start
 
 
-def turn(built: Built) -> str:
+def turn(reducer: AsBuiltReducer) -> str:
     """Transmission error at 3,000 poses."""
     rows = 3000
-    crank = np.random.default_rng(1).uniform(0.0, 2.0 * np.pi, POSES) * built.case.drive.trochoid.lobes
-    at = StageEquilibrium(as_built=built.parts).at
+    crank = np.random.default_rng(1).uniform(0.0, 2.0 * np.pi, POSES) * reducer.case.drive.trochoid.lobes
+    at = StageEquilibrium(deviations=reducer.deviations).at
     settings = Settings(points=rows)
     return ratio(
-        lambda: simulate(built, "transmission_error", settings),
-        lambda: [at(built.case, np.array([one])) for one in crank],
+        lambda: simulate(reducer, "transmission_error", settings),
+        lambda: [at(reducer.case, np.array([one])) for one in crank],
         rows / POSES,
     )
 
 
-def loop(built: Built) -> str:
+def loop(reducer: AsBuiltReducer) -> str:
     """A hysteresis loop of 400 points."""
     rows = 400
-    torques = np.random.default_rng(2).uniform(0.05, 1.0, TORQUES) * built.case.torque
-    at = StageEquilibrium(as_built=built.parts).at
+    torques = np.random.default_rng(2).uniform(0.05, 1.0, TORQUES) * reducer.case.torque
+    at = StageEquilibrium(deviations=reducer.deviations).at
     settings = Settings(points=rows)
     return ratio(
-        lambda: simulate(built, "hysteresis", settings),
-        lambda: [at(replace(built.case, torque=float(one)), np.zeros(1)) for one in torques],
+        lambda: simulate(reducer, "hysteresis", settings),
+        lambda: [at(replace(reducer.case, torque=float(one)), np.zeros(1)) for one in torques],
         rows / TORQUES,
     )
 
 
-def scan(built: Built) -> str:
+def scan(reducer: AsBuiltReducer) -> str:
     """A scan of 5,000 points."""
     rows = 5000
-    tooth = built.teeth[0]
+    tooth = reducer.teeth[0]
     psi = np.random.default_rng(3).uniform(-np.pi, np.pi, (POINTS, 1))
-    lobe = None if tooth.lobes_alike else np.zeros(1)
+    lobe = None if tooth.identical_lobes else np.zeros(1)
     settings = Settings(points=rows)
     return ratio(
-        lambda: simulate(built, "profile_scan", settings), lambda: [tooth.at(one, None, lobe) for one in psi],
+        lambda: simulate(reducer, "profile_scan", settings), lambda: [tooth.at(one, None, lobe) for one in psi],
         rows / POINTS,
     )  # fmt: skip
 
 
 def main() -> None:
     drawn = as_drawn(loaded_rv40e())
-    compensated = built_reducer(read_spec(ROOT / "examples" / "rv40e.toml"))
+    compensated = as_built_reducer(read_spec(ROOT / "examples" / "rv40e.toml"))
     runout = effect(RUNOUT)
     reducers = [drawn, runout.apply(drawn), compensated, runout.apply(compensated)]
     rows = [
-        (what, aim, *(measured(built) for built in reducers))
+        (what, aim, *(measured(reducer) for reducer in reducers))
         for what, aim, measured in (
             ("transmission error, 3,000 poses", "≤ 2 s", turn),
             ("hysteresis loop, 400 points", "≤ 0.2 s", loop),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import cycloid_profile as cp
-from cycloid_profile.contact.hertz import STEEL, ContactLaw
+from cycloid_profile.contact.laws import STEEL, ContactLaw
 
 EQUIDISTANT = 0.006  # mm
 TORQUE = 412e3  # N·mm

@@ -10,7 +10,6 @@ import statistics
 import subprocess
 import sys
 import tempfile
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -31,8 +30,7 @@ def main() -> None:
     rows = [line for each in benchmarks if "row" in each["extra_info"] for line in _ratio(each)]
     rows += _slopes([each for each in benchmarks if "linear_cost" in each["extra_info"]])
     rows.append(_memory("equilibrium", "`Equilibrium().blocks`"))
-    if find_spec("numba") is not None:
-        put("compiler", f"{machine(('numpy', 'numba'))}\n\n{table(('what', 'time', 'numpy / compiled'), _compiler())}")
+    put("compiler", f"{machine(('numpy', 'numba'))}\n\n{table(('what', 'time', 'numpy / compiled'), _compiler())}")
     put("figures", f"{machine()}\n\n{table(HEAD, rows)}")
     if long:
         put("long", f"{machine()}\n\n{table(HEAD, [_memory('stage', '`StageEquilibrium().blocks`')])}")

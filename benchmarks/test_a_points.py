@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 import cycloid_profile as cp
-from cycloid_profile.geometry.cloud import point_cloud
+from cycloid_profile.geometry import point_cloud
 
 POINTS = 1_000_000
 

@@ -10,7 +10,7 @@ import pytest
 
 import cycloid_profile as cp
 from benchmarks.touched import TouchedDisc
-from cycloid_profile.contact.equilibrium import balance_moments, balance_moments_plainly
+from cycloid_profile.contact.disc.equilibrium import balance_moments, balance_moments_numpy
 
 POSES = 10_000
 LOOPED = 200  # poses of the plain loop, spread over all
@@ -46,10 +46,10 @@ def test_compiled(side_by_side: Callable[..., Any], disc: TouchedDisc, threads: 
 
 def test_in_numpy(side_by_side: Callable[..., Any], disc: TouchedDisc) -> None:
     answer = side_by_side(
-        ours=lambda: balance_moments_plainly(disc.law, disc.contact, disc.gap, disc.lever, disc.torque),
+        ours=lambda: balance_moments_numpy(disc.law, disc.contact, disc.gap, disc.lever, disc.torque),
         plain=lambda: disc.looped(SOME),
         rounds=15,
-        row="(b) the same without numba: `balance_moments_plainly`",
+        row="(b) the numpy reference of the tests: `balance_moments_plainly`",
         against="that loop",
         figure="loop / ours",
         poses=POSES,

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from cycloid_profile.export.dxf_polyline import write_polyline
+from cycloid_profile.export.dxf import write_polyline
 
 VERTICES = 100_000
 

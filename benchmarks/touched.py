@@ -7,7 +7,7 @@ from scipy.optimize import brentq
 
 import cycloid_profile as cp
 from cycloid_profile.arrays import FloatArray
-from cycloid_profile.contact.backlash import first_touch
+from cycloid_profile.contact.mesh import first_touch
 
 
 class TouchedDisc:

@@ -8,11 +8,9 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from cycloid_profile.design.record import DesignRecord, design_disc
-from cycloid_profile.geometry.drive import Cranks, Drive, InvoluteStage
-from cycloid_profile.geometry.profile import ToothProfile
-from cycloid_profile.geometry.trochoid import Trochoid
-from cycloid_profile.spec.read import read_spec
+from cycloid_profile.design import DesignRecord, design_disc
+from cycloid_profile.geometry import Cranks, Drive, InvoluteStage, ToothProfile, Trochoid
+from cycloid_profile.spec import read_spec
 
 # The suite must say the same twice: examples are drawn from a fixed seed. Hunt with
 # ``--hypothesis-profile=explore``, which draws new ones each time.

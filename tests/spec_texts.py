@@ -22,6 +22,7 @@ module_mm = 1.5
 RV40E = f"""name = "RV-40E"
 {DRIVE}{CRANKS}{FIRST_STAGE}[load]
 rated_torque_nm = 412.0
+disc_body = "rigid"
 [modification]
 equidistant_um = 6.0
 """

@@ -6,34 +6,16 @@ of mesh and crank bearings alone. The springs are those of two in series, by han
 
 from __future__ import annotations
 
-import importlib.util
-import sys
-from functools import cache
-from pathlib import Path
-from types import ModuleType
-
 import pytest
 
-from cycloid_profile.spec.read import read_spec
-
-ROOT = Path(__file__).parents[1]
-
-
-@cache
-def example(name: str) -> ModuleType:
-    """The example as a module; each is imported once."""
-    spec = importlib.util.spec_from_file_location(name, ROOT / "examples" / f"{name}.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module  # dataclasses look their module up
-    spec.loader.exec_module(module)
-    return module
+from cycloid_profile.spec import read_spec
+from tests.script_modules import example
 
 
 @pytest.mark.slow
 def test_scan_names_what_was_hidden(tmp_path, capsys):
-    found, new_spec = example("diagnose_scan").main(tmp_path)
+    module = example("diagnose_scan")
+    found, gap = module.found, module.gap
     assert found.verdict == "effects_found"
     by_name = {one.candidate.name: one for one in found.effects}
     assert set(by_name) == {"cumulative_pitch_error", "missing_deformation_compensation"}
@@ -47,21 +29,26 @@ def test_scan_names_what_was_hidden(tmp_path, capsys):
         assert abs(one.parameters[size] - hidden) < 4.0 * one.uncertainty[size]
         assert one.group == (name,)
         assert one.parameters["disc"] == 1
-    (gap,) = found.gaps
-    # sin ψ S cos t of 1.5 µm and |sin ψ| S of 1 µm beside 0.3 µm of noise; 800 rows are held out.
+    # sin ψ S cos t of 1.5 µm and |sin ψ| S of 1 µm, with 0.3 µm of noise; 800 rows are held out.
     assert gap.fit_before > 2.5 * gap.noise
     assert gap.fit_after == pytest.approx(0.3, rel=0.05)
     assert gap.held_out_after == pytest.approx(0.3, rel=0.1)
-    assert [e["name"] for e in read_spec(new_spec).effects] == [one.candidate.name for one in found.effects]
+    assert module.again.verdict == "agrees"
+    module.main(["--out", str(tmp_path / "new")])
+    new_spec = read_spec(tmp_path / "new" / "rv40e_diagnosed.toml")
+    assert [e["name"] for e in new_spec.effects] == [one.candidate.name for one in found.effects]
+    assert {path.suffix for path in (tmp_path / "new").iterdir()} == {".csv", ".toml", ".png", ".svg"}
     out = capsys.readouterr().out
-    assert "rv40e_diagnosed.toml: agrees" in out
+    assert "with the effects added: agrees" in out
     assert "amplitude_um = 1.5" in out
 
 
 @pytest.mark.slow
-def test_published_rigidity_needs_a_spring_in_series(capsys):
+def test_published_rigidity_needs_a_spring_in_series(tmp_path, capsys):
     module = example("diagnose_published_rigidity")
-    explained = module.main()
+    explained = module.explained
+    module.main(["--out", str(tmp_path)])
+    assert {path.suffix for path in tmp_path.iterdir()} == {".png", ".svg"}
     assert [one.published for one in explained.values()] == [108.0, 95.0, 72.0]
     for one, series in zip(explained.values(), (134.0, 114.5, 82.6), strict=True):
         # The loop evaluates to the published number: 2 % for the noise of the two points that it is read at.
@@ -76,5 +63,5 @@ def test_published_rigidity_needs_a_spring_in_series(capsys):
         assert gap.held_out_after < 0.006
     out = capsys.readouterr().out
     assert "alone: 558.9 N·m/′" in out
-    for word in ("which part gives way", "one output angle", "single number is no measurement", "72 became 95"):
+    for word in ("which part is soft", "one output angle", "single number is no measurement", "72 became 95"):
         assert word in out

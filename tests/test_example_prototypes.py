@@ -7,28 +7,22 @@ itself on the amounts, so what is held here is what geometry demands of any of i
 
 from __future__ import annotations
 
-import importlib.util
 import itertools
 import math
 import re
-import sys
-from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 import pytest
 
-from cycloid_profile.contact.meshing import output_turn
-from cycloid_profile.contact.sharing import Status
+from cycloid_profile.contact import SolveStatus
+from cycloid_profile.contact.mesh import output_turn
 from cycloid_profile.contact.stage import StageEquilibrium
-from cycloid_profile.effects.registry import build
-from cycloid_profile.effects.ring import PinRadiusError
-from cycloid_profile.rig.hysteresis import hysteresis_loop
-from cycloid_profile.rig.reversal import ARTICLE_SPEED
-from cycloid_profile.rig.transmission import transmission_error
+from cycloid_profile.effects import PinRadiusError, build
+from cycloid_profile.rig import ARTICLE_SPEED, hysteresis_loop, transmission_error
 from cycloid_profile.units import ARCMIN, ARCSEC, DEGREE, UM
+from tests.script_modules import ROOT, script
 
-ROOT = Path(__file__).parents[1]
 NAME = "prototypes_rv40e"
 LONGEST_LEVER = 1.3 * 39
 TAKEN = 2.0 * 4.06 * UM / LONGEST_LEVER
@@ -41,13 +35,7 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def example() -> ModuleType:
-    spec = importlib.util.spec_from_file_location(NAME, ROOT / "examples" / f"{NAME}.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[NAME] = module  # dataclasses look their module up
-    spec.loader.exec_module(module)
-    return module
+    return script("examples", NAME)
 
 
 def test_compensation_takes_two_delta_over_the_lever(example):
@@ -114,7 +102,7 @@ def test_reversals_as_the_rig_itself_reads_them(example):
 def test_frames_of_the_published_simulation(example):
     run, play = example.readings["a tenth"][0].run, example.readings["a tenth"][0].input_held
     # The record at every eighth step has 2000 frames a second: how far the input turns from one to the next.
-    frames = run.input_angle[::8] / run.built.case.drive.reduction_ratio
+    frames = run.input_angle[::8] / run.reducer.case.drive.reduction_ratio
     times = run.time[::8]
     found = [abs(np.diff(frames)[np.searchsorted(times, follow) - 1]) for follow in run.follow_time]
     # 12 %: the frame stands before or after the touch, and the input does not gather speed quite evenly.
@@ -141,26 +129,26 @@ def test_published_drive_is_in_degrees_per_second():
 
 
 def test_unmodified_prototype_has_no_clearance_and_is_solved(example):
-    built = example.unmodified.built
+    reducer = example.unmodified.reducer
     assert abs(example.unmodified.input_held) < 1e-6 * ARCMIN
     assert abs(example.unmodified.crank_held) < 1e-6 * ARCMIN
-    turn = output_turn(built.case.drive.trochoid, 300)
+    turn = output_turn(reducer.case.drive.trochoid, 300)
     for torque in (0.03, -0.03, 1.0):
-        solved = StageEquilibrium(as_built=built.parts).at(built.case, turn, torque * built.case.torque)
-        assert solved.status is Status.CONVERGED
+        solved = StageEquilibrium(deviations=reducer.deviations).at(reducer.case, turn, torque * reducer.case.torque)
+        assert solved.status is SolveStatus.CONVERGED
     assert example.unmodified.loop.hysteresis_loss < 1e-3 * ARCMIN
 
 
 def test_overlap_by_rounding_stops_nothing(example):
-    built = build(example.unmodified.built.case, [PinRadiusError(0.02)])
-    seen = transmission_error(built, built.case.torque, 200)
-    solved = StageEquilibrium(as_built=built.parts).at(built.case, -39.0 * seen.output_angle)
+    reducer = build(example.unmodified.reducer.case, [PinRadiusError(0.02)])
+    seen = transmission_error(reducer, reducer.case.torque, 200)
+    solved = StageEquilibrium(deviations=reducer.deviations).at(reducer.case, -39.0 * seen.output_angle)
     # Reported, and solved all the same.
-    assert solved.status is Status.INTERFERENCE
+    assert solved.status is SolveStatus.INTERFERENCE
     assert solved.converged
     assert np.all(np.isfinite(seen.error))
     assert seen.peak_to_peak < 0.2 * ARCSEC
-    assert np.all(np.isfinite(hysteresis_loop(built).angle))
+    assert np.all(np.isfinite(hysteresis_loop(reducer).angle))
 
 
 def test_main_prints_the_tables_and_draws(example, tmp_path, capsys):

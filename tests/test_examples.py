@@ -7,36 +7,20 @@ so its δmax is bracketed over a range of widths, and its backlash values bound 
 
 from __future__ import annotations
 
-import importlib.util
 import math
-import sys
-from functools import cache
-from pathlib import Path
-from types import ModuleType
+import re
 
 import numpy as np
 import pytest
 
-from cycloid_profile.contact.sharing import Status
-from cycloid_profile.units import ARCMIN, NEWTON_METRE, UM
+from cycloid_profile.contact import SolveStatus
+from cycloid_profile.units import ARCMIN, ARCSEC, NEWTON_METRE, UM
+from tests.script_modules import ROOT, example
 
-ROOT = Path(__file__).parents[1]
-EXAMPLES = ("quickstart", "article_rv40e", "compare_modifications")
+EXAMPLES = ("quickstart", "article_rv40e", "compare_modifications", "own_contact_law", "elastic_disc")
 K1 = 0.8125
 S = math.sqrt(1.0 - K1**2)
 LONGEST_LEVER = 1.3 * 39
-
-
-@cache
-def example(name: str) -> ModuleType:
-    """The example as a module; each is imported once."""
-    spec = importlib.util.spec_from_file_location(name, ROOT / "examples" / f"{name}.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module  # dataclasses look their module up
-    spec.loader.exec_module(module)
-    return module
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
@@ -76,7 +60,7 @@ def test_article_deformation_lies_between_the_widths():
 def test_article_pin_force_balances_the_torque():
     article = example("article_rv40e")
     for found in (*article.roark, *(r.classical for r in article.readings)):
-        assert found.status is Status.CONVERGED
+        assert found.status is SolveStatus.CONVERGED
         # 0.55 of 412 N·m on one disc.
         assert np.sum(found.force * found.lever) == pytest.approx(0.55 * 412.0 * NEWTON_METRE, rel=1e-9)
     # "About 1.3 kN": independent calculation, quoted to two digits.
@@ -122,11 +106,36 @@ def test_article_square_root():
     assert article.phase[np.argmax(article.delta_corrected)] == pytest.approx(math.acos(K1), abs=2e-3)
 
 
-def test_article_page_quotes_the_table():
-    page = (ROOT / "docs" / "articles.md").read_text(encoding="utf-8")
-    begin, end = (f"<!-- {edge} output of examples/article_rv40e.py -->" for edge in ("begin", "end"))
-    quoted = page.split(begin)[1].split(end)[0].strip().removeprefix("```text\n").removesuffix("\n```")
-    assert quoted == example("article_rv40e").table()
+PAGES = [("articles", "article_rv40e"), ("own-law", "own_contact_law"), ("elastic-disc", "elastic_disc")]
+
+
+@pytest.mark.parametrize(("page", "name"), PAGES)
+def test_page_quotes_the_table(page, name):
+    text = (ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8")
+    begin, end = (f"<!-- {edge} output of examples/{name}.py -->" for edge in ("begin", "end"))
+    quoted = text.split(begin)[1].split(end)[0].strip().removeprefix("```text\n").removesuffix("\n```")
+    assert quoted == example(name).table()
+
+
+def test_own_law_holds_at_every_loaded_pin():
+    load = example("own_contact_law").loads["roller test"]
+    assert load.status is SolveStatus.CONVERGED
+    # The compiled table errs by 1e-9; the equilibrium by 1e-10 of the torque.
+    expected = 4.2e-5 * load.force[load.loaded] ** 0.91 / 11.5**0.82
+    np.testing.assert_allclose(load.approach[load.loaded], expected, rtol=1e-7)
+
+
+def test_page_of_the_own_law_runs(capsys):
+    (code,) = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "own-law.md").read_text(encoding="utf-8"), re.DOTALL)
+    exec(compile(code, "docs/own-law.md", "exec"), {})
+    forces = [f"{load.max_force:.0f} N" for load in example("own_contact_law").loads.values()]
+    assert re.findall(r"\d+ N", capsys.readouterr().out) == forces
+
+
+def test_a_disc_from_a_file_is_that_of_the_mesh(tmp_path):
+    # Disc 2 of the drive has its holes turned half a tooth, disc 2 of the file has not.
+    assert example("elastic_disc").from_file(tmp_path) < 0.1 * ARCSEC
+    assert (tmp_path / "disc.npz").stat().st_size > 1_000_000
 
 
 @pytest.fixture(params=[6.0, 22.5], ids="{}um".format)

@@ -50,12 +50,12 @@ def test_build_gives_the_committed_bytes(tmp_path: Path) -> None:
     if different := other_versions():
         pytest.skip("bytes are promised for the pinned versions: " + ", ".join(different))
     assert run(["build", str(ROOT / "examples" / "rv40e.toml"), "--out", str(tmp_path / "rv40e")]) == 0
-    built = {path.relative_to(tmp_path / "rv40e") for path in (tmp_path / "rv40e").rglob("*") if path.is_file()}
+    reducer = {path.relative_to(tmp_path / "rv40e") for path in (tmp_path / "rv40e").rglob("*") if path.is_file()}
     committed = {path.relative_to(COMMITTED) for path in COMMITTED.rglob("*") if path.is_file()}
-    assert built == committed
+    assert reducer == committed
     changed = [
         str(name)
-        for name in sorted(built)
+        for name in sorted(reducer)
         if (tmp_path / "rv40e" / name).read_bytes() != (COMMITTED / name).read_bytes()
     ]
     assert not changed, f"run 'cycloid-profile build examples/rv40e.toml' and read the difference: {changed}"

@@ -1,6 +1,6 @@
-"""docs/rig.md: its effects are those of the registry, its signatures what the rig shows, its examples files and specs.
+"""docs/effects.md holds the effects of the registry with the readings of the rig; examples of docs/rig.md are valid.
 
-``python tests/test_rig_page.py`` prints the two tables that the page takes from here.
+``python tests/test_rig_page.py`` prints two tables of docs/effects.md.
 """
 
 from __future__ import annotations
@@ -14,39 +14,44 @@ import msgspec
 import numpy as np
 import pytest
 
-from cycloid_profile.contact.case import LoadCase
-from cycloid_profile.design.ground import built_reducer
-from cycloid_profile.effects.built import Built
-from cycloid_profile.effects.effect import Effect, Parameter, parameters
-from cycloid_profile.effects.registry import EFFECTS, build, effect
-from cycloid_profile.measurement.files import COLUMNS, FORMAT, Measurement, parse_measurement
-from cycloid_profile.rig.evaluation import evaluate_loop
-from cycloid_profile.rig.gap import gap
-from cycloid_profile.rig.hysteresis import hysteresis_loop
-from cycloid_profile.rig.maps import LOST_MOTION_SHARE
-from cycloid_profile.rig.scan import profile_scan
-from cycloid_profile.rig.transmission import POSES, carrier_rotation, spectrum
-from cycloid_profile.spec.read import read_spec
+from cycloid_profile.contact import LoadCase
+from cycloid_profile.design import as_built_reducer
+from cycloid_profile.effects import EFFECTS, AsBuiltReducer, Effect, Parameter, build, effect, parameters
+from cycloid_profile.measurement import FORMAT, KINDS, PROFILE_SCAN, Measurement, parse_measurement
+from cycloid_profile.rig import (
+    LOST_MOTION_SHARE,
+    evaluate_loop,
+    hysteresis_loop,
+    measurement_residual,
+    profile_scan,
+    spectrum,
+)
+from cycloid_profile.rig.curves_over_turn import TRANSMISSION_POSES, encoder_readings
+from cycloid_profile.spec import read_spec
 from cycloid_profile.units import ARCMIN, ARCSEC, NEWTON_METRE
 
 ROOT = Path(__file__).parents[1]
-PAGE = ROOT / "docs" / "rig.md"
+RIG_PAGE = ROOT / "docs" / "rig.md"
+EFFECTS_PAGE = ROOT / "docs" / "effects.md"
 DRAWN = "as drawn"
-# What an effect of one part shows beside that of all parts.
+# Effects that get further rows, for one part only.
 SINGLE: dict[str, tuple[dict[str, int], ...]] = {
     "disc_runout": ({"disc": 1},),
     "disc_oval": ({"disc": 1},),
     "cumulative_pitch_error": ({"disc": 1},),
     "crank_eccentricity_error": ({"crank": 1}, {"crank": 1, "disc": 1}),
     "crank_phase_error": ({"crank": 1},),
+    "tooth_form_error": ({"flank": 1},),
+    "ring_mounting_ovality": ({"waves": 3},),
+    "common_planet_runout": ({"form": 2},),
 }
 
 
 def parameter_table() -> str:
-    """Size, unit, bounds and workshop tolerance of every effect, and its angles and parts, from the registry."""
-    head = ("effect", "acts on", "size", "what it is", "unit", "bounds", "workshop tolerance", "angles, 0 if absent")
+    """Size, unit, bounds and manufacturing tolerance of every effect, and its angles and parts, from the registry."""
+    head = ("effect", "acts on", "size", "meaning", "unit", "bounds", "manufacturing tolerance")
     rows = [row for name, kind in EFFECTS.items() for row in _sizes_of(name, kind)]
-    return _table((*head, "parts (if absent)"), rows)
+    return _table((*head, "angles, 0 if absent", "parts (if absent)"), rows)
 
 
 def _sizes_of(name: str, kind: type[Effect]) -> Iterator[tuple[str, ...]]:
@@ -58,7 +63,7 @@ def _sizes_of(name: str, kind: type[Effect]) -> Iterator[tuple[str, ...]]:
         ", ".join(f"`{p.name}`" for p in angles),
         ", ".join(f"`{p.name}` ({_default(kind, p)})" for p in parts),
     )
-    title = (f"`{name}`", kind.place.value)
+    title = (f"`{name}`", kind.location.value)
     for p in sizes:
         found = re.fullmatch(r"(.*?)(?: \[(.+)\])?", p.text)
         assert found is not None
@@ -81,26 +86,30 @@ def conventional_case() -> LoadCase:
     """The RV-40E of examples/rv40e.toml without deformation compensation."""
     spec = read_spec(ROOT / "examples" / "rv40e.toml")
     plain = msgspec.structs.replace(spec.modification, deformation_compensation=False)
-    return built_reducer(msgspec.structs.replace(spec, modification=plain)).case
+    return as_built_reducer(msgspec.structs.replace(spec, modification=plain)).case
 
 
-def at_tolerance(case: LoadCase, name: str, parts: dict[str, int]) -> Built:
-    """The reducer with one effect, its sizes at the workshop tolerance and all else as it is if absent."""
+def at_tolerance(case: LoadCase, name: str, parts: dict[str, int]) -> AsBuiltReducer:
+    """The reducer with one effect, its sizes at the manufacturing tolerance, other parameters at their defaults."""
     sizes = {p.name: p.tolerance for p in parameters(EFFECTS[name]) if p.required}
     return build(case, [effect({"name": name} | sizes | parts)])
 
 
-def signature(built: Built) -> tuple[str, ...]:
-    """What the rig shows, as cells of the table."""
-    scan = profile_scan(built).points
-    seen = Measurement("profile_scan", {"x_mm": scan.real, "y_mm": scan.imag}, {"datum": "bore"})
-    T = built.case.torque
-    light, back, full = carrier_rotation(built, np.array([LOST_MOTION_SHARE, -LOST_MOTION_SHARE, 1.0]) * T, POSES)
+def signature(reducer: AsBuiltReducer) -> tuple[str, ...]:
+    """Readings of the rig, as cells of the table."""
+    scan = profile_scan(reducer)
+    seen = Measurement(PROFILE_SCAN, {"x_mm": scan.real, "y_mm": scan.imag}, {"datum": "bore"})
+    T = reducer.case.torque
+    light, back, full = encoder_readings(
+        reducer, np.array([LOST_MOTION_SHARE, -LOST_MOTION_SHARE, 1.0]) * T, TRANSMISSION_POSES
+    )
     lost = (light - back) / ARCMIN
-    loop = hysteresis_loop(built)
+    loop = hysteresis_loop(reducer)
     figures = evaluate_loop(loop.torque, loop.angle)
     return (
-        f"{gap(build(built.case, []), seen).rms + 0.0:.2f}" if built.case.profile is not built.teeth[0] else "0",
+        f"{measurement_residual(build(reducer.case, []), seen).rms + 0.0:.2f}"
+        if reducer.case.profile is not reducer.teeth[0]
+        else "0",
         *(f"{np.ptp(error) / ARCSEC:.2f} ({int(np.argmax(spectrum(error)[1:])) + 1})" for error in (light, full)),
         f"{np.mean(lost):.3f}",
         f"{np.ptp(lost):.3f}",
@@ -146,14 +155,19 @@ def rows_of(table: str) -> dict[str, list[str]]:
 
 @pytest.fixture(scope="module")
 def page() -> str:
-    return PAGE.read_text(encoding="utf-8")
+    return EFFECTS_PAGE.read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def rig_page() -> str:
+    return RIG_PAGE.read_text(encoding="utf-8")
 
 
 def test_parameters_are_those_of_the_registry(page: str) -> None:
     assert between(page, "parameters") == parameter_table()
 
 
-def test_every_effect_has_its_pattern_cause_and_cure(page: str) -> None:
+def test_every_effect_has_its_pattern_cause_and_remedy(page: str) -> None:
     rows = rows_of(between(page, "patterns"))
     assert list(rows) == [f"`{name}`" for name in EFFECTS]
     assert all(len(row) == 3 and all(row) for row in rows.values())
@@ -168,11 +182,11 @@ def test_every_effect_has_its_signature(page: str) -> None:
 def check_rows(page: str, found: list[tuple[str, ...]]) -> None:
     printed = rows_of(between(page, "signatures"))
     for title, *cells in found:
-        for told, cell in zip(printed[title], cells, strict=True):
-            value, digits = told.split(" ")[0], len(told.split(" ")[0].partition(".")[2])
+        for shown, cell in zip(printed[title], cells, strict=True):
+            value, digits = shown.split(" ")[0], len(shown.split(" ")[0].partition(".")[2])
             # One unit of the last digit: a sum in another order may round the other way.
-            assert float(value) == pytest.approx(float(cell.split(" ")[0]), abs=1.01 * 10.0**-digits), (title, told)
-            assert told.split(" ")[1:] == cell.split(" ")[1:], (title, told)
+            assert float(value) == pytest.approx(float(cell.split(" ")[0]), abs=1.01 * 10.0**-digits), (title, shown)
+            assert shown.split(" ")[1:] == cell.split(" ")[1:], (title, shown)
 
 
 @pytest.fixture(scope="module")
@@ -191,9 +205,9 @@ def test_the_signature_of_the_drawing_is_that_of_the_rig(page: str, case: LoadCa
     check_rows(page, [drawn_row(case)])
 
 
-def test_example_files_are_read(page: str) -> None:
-    files = [block for block in re.findall(r"```text\n(.*?)```", page, re.DOTALL) if block.startswith("# format")]
-    assert {parse_measurement(file).kind for file in files} == set(COLUMNS)
+def test_example_files_are_read(rig_page: str) -> None:
+    files = [block for block in re.findall(r"```text\n(.*?)```", rig_page, re.DOTALL) if block.startswith("# format")]
+    assert {parse_measurement(file).kind.name for file in files} == set(KINDS)
     assert all(file.startswith(f"# format: {FORMAT}\n") for file in files)
 
 
@@ -205,9 +219,9 @@ def test_example_effects_are_effects(page: str) -> None:
 
 
 def test_python_of_the_page_runs(
-    page: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    rig_page: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    (code,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    (code,) = re.findall(r"```python\n(.*?)```", rig_page, re.DOTALL)
     monkeypatch.chdir(ROOT)
     exec(compile(code, "docs/rig.md", "exec"), {})
     # 2·5 µm/36 mm of play on top of the compensated drive's 0.597′, to first order.

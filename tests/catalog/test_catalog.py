@@ -5,7 +5,7 @@ from __future__ import annotations
 import msgspec
 import pytest
 
-from cycloid_profile.catalog.drives import catalog_drive, catalog_names, catalog_text
+from cycloid_profile.catalog import catalog_drive, catalog_names, catalog_text
 from cycloid_profile.design.from_spec import conventional_profile, disc_outline, drive_of, load_case
 from cycloid_profile.errors import SpecError
 

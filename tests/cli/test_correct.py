@@ -11,13 +11,11 @@ import numpy as np
 import pytest
 
 from cycloid_profile.cli.main import run
-from cycloid_profile.discrepancy.remainder import LABEL
-from cycloid_profile.effects.built import Built
-from cycloid_profile.effects.effect import Effect
-from cycloid_profile.effects.registry import build, effect
-from cycloid_profile.measurement.files import Measurement, format_measurement, read_measurement
-from cycloid_profile.rig.gap import gap
-from tests.discrepancy.correcting import CLOSED, HIDDEN, NOISE, drawn, found, named, of_table, scan_of
+from cycloid_profile.diagnosis.remainder import LABEL
+from cycloid_profile.effects import AsBuiltReducer, Effect, build, effect
+from cycloid_profile.measurement import HYSTERESIS, Measurement, format_measurement, read_measurement
+from cycloid_profile.rig import measurement_residual
+from tests.diagnosis.correcting import CLOSED, HIDDEN, NOISE, drawn, found, named, of_table, scan_of
 from tests.spec_texts import RV40E
 
 
@@ -34,18 +32,18 @@ def files(tmp_path: Path) -> Callable[..., tuple[str, str]]:
 
 
 @pytest.fixture
-def told_by(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
-    """Replaces the search by its result, which other tests look at."""
+def diagnosed_as(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
+    """Replaces the search for effects by its result; other tests cover the search."""
 
-    def tell(verdict: str, *effects: Effect) -> None:
-        def answer(built: Built, scans: list[Measurement], *_: Any) -> Any:
-            result = found(built, [named(one) for one in effects], *scans)
+    def replace_diagnosis(verdict: str, *effects: Effect) -> None:
+        def answer(reducer: AsBuiltReducer, scans: list[Measurement], *_: Any) -> Any:
+            result = found(reducer, [named(one) for one in effects], *scans)
             result.verdict = verdict
             return result
 
-        monkeypatch.setattr("cycloid_profile.discrepancy.diagnosis.diagnose", answer)
+        monkeypatch.setattr("cycloid_profile.report.diagnosis.correction_package.diagnose", answer)
 
-    return tell
+    return replace_diagnosis
 
 
 Files = Callable[..., tuple[str, str]]
@@ -53,28 +51,28 @@ WRITTEN = {"profile_corrected.csv", "grinding_corrected.nc", "predicted_scan.csv
 
 
 def test_correct_writes_the_path_and_what_to_expect(
-    files: Files, told_by: Callable[..., None], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    files: Files, diagnosed_as: Callable[..., None], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     error, known = of_table(HIDDEN[7]), of_table(HIDDEN[6])
-    told_by("effects_found", error)
+    diagnosed_as("effects_found", error)
     more = '[[effects]]\nname = "disc_oval"\namplitude_um = 3.0\nphase_deg = 20.0\ndisc = 1\n'
     spec, scan = files(scan_of(build(drawn().case, [error, known]), 3), more)
     assert run(["correct", spec, scan, "--out", str(tmp_path / "out"), "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert {path.name for path in (tmp_path / "out").iterdir()} == WRITTEN == {f["path"] for f in told["files"]}
-    assert told == json.loads((tmp_path / "out" / "correction.json").read_text(encoding="utf-8"))
-    assert told["schema"] == 1
-    assert told["verdict"] == "effects_found"
-    assert told["effects"][0]["parameters"]["amplitude_um"] == pytest.approx(2.0)
-    assert told["known_effects"][0]["name"] == "disc_oval"
-    assert told["largest_um"] <= told["limit_um"] == 10.0
-    (one,) = told["scans"]
+    values = json.loads(capsys.readouterr().out)
+    assert {path.name for path in (tmp_path / "out").iterdir()} == WRITTEN == {f["path"] for f in values["files"]}
+    assert values == json.loads((tmp_path / "out" / "correction.json").read_text(encoding="utf-8"))
+    assert values["schema"] == 1
+    assert values["verdict"] == "effects_found"
+    assert values["effects"][0]["parameters"]["amplitude_um"] == pytest.approx(2.0)
+    assert values["known_effects"][0]["name"] == "disc_oval"
+    assert values["largest_um"] <= values["limit_um"] == 10.0
+    (one,) = values["scans"]
     assert one["rms_after_um"] == pytest.approx(NOISE, rel=0.03)
     assert one["rms_before_um"] > 3.0 * NOISE
-    assert told["rms_expected_um"] == pytest.approx(NOISE, rel=0.05)
+    assert values["rms_expected_um"] == pytest.approx(NOISE, rel=0.05)
     # The machine's errors are in the expected scan, and it is the drawing all the same.
     expected = read_measurement(tmp_path / "out" / "predicted_scan.csv")
-    assert gap(drawn(), expected, 0).rms < 1e-3
+    assert measurement_residual(drawn(), expected, 0).rms < 1e-3
     nc = (tmp_path / "out" / "grinding_corrected.nc").read_text(encoding="ascii")
     assert "(LOBES DIFFER" in nc
 
@@ -88,9 +86,9 @@ def test_correct_says_so_where_all_agrees(files: Files, tmp_path: Path, capsys: 
 
 @pytest.mark.slow
 def test_what_has_no_name_is_not_cancelled_unless_asked(
-    files: Files, told_by: Callable[..., None], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    files: Files, diagnosed_as: Callable[..., None], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    told_by("unknown_effect")
+    diagnosed_as("unknown_effect")
     spec, scan = files(scan_of(of_table(HIDDEN[12]).apply(drawn()), 4))
     out = tmp_path / "out"
     assert run(["correct", spec, scan, "--out", str(out)]) == 1
@@ -99,10 +97,10 @@ def test_what_has_no_name_is_not_cancelled_unless_asked(
     assert run(["correct", spec, scan, "--out", str(out), "--remainder"]) == 0
     printed = capsys.readouterr().out
     assert LABEL in printed
-    told = json.loads((out / "correction.json").read_text(encoding="utf-8"))
-    assert told["effects"] == []
-    assert told["remainder"]["largest_um"] == pytest.approx(3.0, abs=0.5)
-    assert told["rms_expected_um"] < CLOSED * NOISE
+    values = json.loads((out / "correction.json").read_text(encoding="utf-8"))
+    assert values["effects"] == []
+    assert values["remainder"]["largest_um"] == pytest.approx(3.0, abs=0.5)
+    assert values["rms_expected_um"] < CLOSED * NOISE
 
 
 @pytest.mark.parametrize(
@@ -118,12 +116,12 @@ def test_bad_input_is_one_sentence_and_no_file(
     more: tuple[str, ...],
     sentence: str,
     files: Files,
-    told_by: Callable[..., None],
+    diagnosed_as: Callable[..., None],
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     error = of_table(HIDDEN[7])
-    told_by("effects_found", error)
+    diagnosed_as("effects_found", error)
     spec, scan = files(scan_of(error.apply(drawn()), 3))
     assert run(["correct", spec, scan, "--out", str(tmp_path / "out"), *more]) == 2
     out, err = capsys.readouterr()
@@ -134,7 +132,7 @@ def test_bad_input_is_one_sentence_and_no_file(
 
 
 def test_only_scans_are_taken(files: Files, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    loop = Measurement("hysteresis", {"torque_nm": np.arange(4.0), "angle_arcmin": np.arange(4.0)})
+    loop = Measurement(HYSTERESIS, {"torque_nm": np.arange(4.0), "angle_arcmin": np.arange(4.0)})
     spec, name = files(loop)
     assert run(["correct", spec, name, "--out", str(tmp_path / "out")]) == 2
     assert "is no scan of a disc" in capsys.readouterr().err
@@ -143,10 +141,10 @@ def test_only_scans_are_taken(files: Files, tmp_path: Path, capsys: pytest.Captu
 
 
 def test_errors_of_the_ring_alone_leave_nothing_to_grind(
-    files: Files, told_by: Callable[..., None], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    files: Files, diagnosed_as: Callable[..., None], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    told_by("effects_found", effect({"name": "pin_radius_error", "amount_um": 2.0}))
+    diagnosed_as("effects_found", effect({"name": "pin_radius_error", "amount_um": 2.0}))
     spec, scan = files(scan_of(drawn(), 2))
     assert run(["correct", spec, scan, "--out", str(tmp_path / "out")]) == 1
-    assert "grinding the disc does not take it away" in capsys.readouterr().err
+    assert "grinding the disc does not remove it" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()

@@ -11,11 +11,11 @@ from typing import Any
 import pytest
 
 from cycloid_profile.cli.main import run
-from cycloid_profile.effects.registry import EFFECTS
-from cycloid_profile.spec.read import read_spec
+from cycloid_profile.effects import EFFECTS
+from cycloid_profile.spec import read_spec
 from tests.spec_texts import RV40E
 
-# Short files: what is told and written does not depend on how many rows there are.
+# Short files: output does not depend on the number of rows.
 SPEC = f"# kept as it is: comments, order, blanks\n{RV40E.rstrip()}   # removed\n"
 OVAL = "[[effects]]\nname = 'disc_oval'\namplitude_um = 2.0\nphase_deg = 30.0\ndisc = 1\n"
 KEYS = {"schema", "name", "verdict", "effects", "where", "remainder", "not_seen", "gap"}
@@ -39,25 +39,25 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def diagnosed(bench: Path) -> Path:
-    """The scan diagnosed once, into ``out`` and ``told.json``."""
+    """The scan diagnosed once, into ``out`` and ``result.json``."""
     words = ["diagnose", str(bench / "mine.toml"), str(bench / "scan.csv"), "--out", str(bench / "out")]
-    assert run([*words, "--json", str(bench / "told.json")]) == 0
+    assert run([*words, "--json", str(bench / "result.json")]) == 0
     return bench
 
 
-def _told(path: Path) -> dict[str, Any]:
-    told = json.loads(path.read_text(encoding="utf-8"))
-    assert isinstance(told, dict)
-    return told
+def _values(path: Path) -> dict[str, Any]:
+    values = json.loads(path.read_text(encoding="utf-8"))
+    assert isinstance(values, dict)
+    return values
 
 
 def test_json_keeps_its_contract(diagnosed: Path) -> None:
-    told = _told(diagnosed / "told.json")
-    assert set(told) >= KEYS
-    assert told["schema"] == 1
-    assert told["name"] == "RV-40E"
-    assert told["verdict"] == "effects_found"
-    (effect,) = told["effects"]
+    values = _values(diagnosed / "result.json")
+    assert set(values) >= KEYS
+    assert values["schema"] == 1
+    assert values["name"] == "RV-40E"
+    assert values["verdict"] == "effects_found"
+    (effect,) = values["effects"]
     assert set(effect) >= EFFECT_KEYS
     assert effect["name"] == "disc_oval"
     assert effect["group"] == ["disc_oval"]
@@ -70,18 +70,18 @@ def test_json_keeps_its_contract(diagnosed: Path) -> None:
     assert effect["uncertainty"]["phase_deg"] == pytest.approx(0.2, rel=0.3)
     for key, hidden in (("amplitude_um", 2.0), ("phase_deg", 30.0)):
         assert abs(effect["parameters"][key] - hidden) < 4.0 * effect["uncertainty"][key]
-    assert told["where"]
-    for place in told["where"]:
+    assert values["where"]
+    for place in values["where"]:
         assert set(place) >= {"file", "coordinate", "from", "to", "rms_um", "p_value"}
         assert place["file"] == "scan.csv"
         assert isinstance(place["coordinate"], str)
         assert all(math.isfinite(place[key]) for key in ("from", "to", "rms_um"))
         assert place["rms_um"] > 0.0
         assert 0.0 <= place["p_value"] < 0.005
-    assert told["remainder"] is None
-    assert {hidden["name"] for hidden in told["not_seen"]} <= set(EFFECTS)
-    assert all(isinstance(hidden["smallest_detectable"], str) for hidden in told["not_seen"])
-    (gap,) = told["gap"]
+    assert values["remainder"] is None
+    assert {hidden["name"] for hidden in values["not_seen"]} <= set(EFFECTS)
+    assert all(isinstance(hidden["smallest_detectable"], str) for hidden in values["not_seen"])
+    (gap,) = values["gap"]
     assert set(gap) >= GAP_KEYS
     assert (gap["file"], gap["unit"]) == ("scan.csv", "um")
     assert gap["noise"] == pytest.approx(0.3, rel=0.1)
@@ -103,10 +103,10 @@ def test_folder_holds_report_pictures_result_and_spec(diagnosed: Path) -> None:
     page = (out / "report.html").read_text(encoding="utf-8")
     assert "disc oval" in page.replace("_", " ")
     assert "src=" not in page
-    assert _told(out / "diagnosis.json") == _told(diagnosed / "told.json")
+    assert _values(out / "diagnosis.json") == _values(diagnosed / "result.json")
 
 
-def test_old_spec_is_left_and_the_new_one_grows_from_it(diagnosed: Path) -> None:
+def test_old_spec_is_unchanged_and_begins_the_new_one(diagnosed: Path) -> None:
     assert (diagnosed / "mine.toml").read_bytes() == SPEC.encode()
     new = diagnosed / "out" / "mine_diagnosed.toml"
     text = new.read_text(encoding="utf-8")
@@ -121,9 +121,9 @@ def test_with_the_new_spec_they_agree(diagnosed: Path, tmp_path: Path, capsys: p
     new = str(diagnosed / "out" / "mine_diagnosed.toml")
     scan = str(diagnosed / "scan.csv")
     assert run(["diagnose", new, scan, "--out", str(tmp_path / "again"), "--json", "-"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["verdict"] == "agrees"
-    assert told["effects"] == []
+    values = json.loads(capsys.readouterr().out)
+    assert values["verdict"] == "agrees"
+    assert values["effects"] == []
     assert not list((tmp_path / "again").glob("*.toml"))
     assert run(["compare", new, scan, "--out", str(tmp_path / "compared"), "--json"]) == 0
     (row,) = json.loads(capsys.readouterr().out)["gap"]
@@ -148,14 +148,14 @@ def test_text_names_the_effect_and_the_gap(diagnosed: Path, tmp_path: Path, caps
         assert (tmp_path / "out" / file.relative_to(diagnosed / "out")).read_bytes() == file.read_bytes(), file.name
 
 
-def test_agreement_tells_what_would_not_have_been_seen(
+def test_agreement_lists_the_smallest_detectable_sizes(
     bench: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     words = ["diagnose", str(bench / "mine.toml"), str(bench / "clean.csv"), "--out", str(tmp_path / "out")]
     assert run(words) == 0
     out = capsys.readouterr().out
     assert "measurement and simulation agree" in out
-    assert "would not have been seen" in out
+    assert "smallest detectable size" in out
     assert "disc_oval" in out
     assert {f.name for f in (tmp_path / "out").iterdir()} == {"report.html", "diagnosis.json", "plots"}
 
@@ -192,7 +192,7 @@ def test_files_to_check_with_are_not_fitted(
 
 
 @pytest.mark.slow
-def test_plan_prints_what_each_measurement_could_tell(
+def test_plan_prints_the_effect_sizes_each_measurement_detects(
     bench: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -202,7 +202,7 @@ def test_plan_prints_what_each_measurement_could_tell(
         assert kind in out
     for name in ("disc_oval", "series_compliance", "coulomb_friction", "encoder_eccentricity"):
         assert name in out
-    # No ordinary measurement tells a colder disc from another infeed.
+    # No ordinary measurement separates a colder disc from a changed infeed.
     assert "as thermal_growth" in out
     assert err
     assert [p.name for p in tmp_path.rglob("*") if p.is_file()] == ["plan.png"]
@@ -230,7 +230,7 @@ def test_refusal_is_one_sentence_and_nothing_is_written(
     (tmp_path / "curve.csv").write_text("# kind: te_curve\na,b\n1.0,2.0\n2.0,3.0\n", encoding="utf-8")
     before = sorted(tmp_path.rglob("*"))
     monkeypatch.chdir(tmp_path)
-    assert run(["diagnose", "mine.toml", *words, "--out", "out", "--json", "told.json"]) == 2
+    assert run(["diagnose", "mine.toml", *words, "--out", "out", "--json", "result.json"]) == 2
     out, err = capsys.readouterr()
     assert out == ""
     (sentence,) = [line for line in err.splitlines() if not line.startswith("…")]

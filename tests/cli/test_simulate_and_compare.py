@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from cycloid_profile.cli.main import run
-from cycloid_profile.measurement.files import COLUMNS, read_measurement
-from cycloid_profile.spec.read import read_spec
+from cycloid_profile.measurement import KINDS, read_measurement
+from cycloid_profile.spec import read_spec
 from tests.spec_texts import RV40E
 
 ROOT = Path(__file__).parents[2]
@@ -66,7 +66,7 @@ def refused(capsys: pytest.CaptureFixture[str]) -> Callable[..., str]:
     return refuse
 
 
-@pytest.mark.parametrize("kind", sorted(COLUMNS))
+@pytest.mark.parametrize("kind", sorted(KINDS))
 def test_a_file_that_was_simulated_differs_from_its_spec_by_the_noise(
     kind: str, spec: Written, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -74,24 +74,24 @@ def test_a_file_that_was_simulated_differs_from_its_spec_by_the_noise(
     path = spec(OVAL)
     words = ["simulate", str(path), "--kind", kind, "--out", str(file), "--points", "400", "--seed", "1"]
     assert run([*words, "--noise", str(NOISE[kind]), "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["schema"] == 1
-    assert (told["name"], told["kind"]) == ("RV-40E", kind)
-    assert told["figures"][FIGURE[kind]] > 0.0
-    assert Path(told["file"]) == file
-    picture = Path(told["picture"])
+    values = json.loads(capsys.readouterr().out)
+    assert values["schema"] == 1
+    assert (values["name"], values["kind"]) == ("RV-40E", kind)
+    assert values["figures"][FIGURE[kind]] > 0.0
+    assert Path(values["file"]) == file
+    picture = Path(values["picture"])
     assert picture.parent == file.parent
     # Whole: a picture that ends as PNG files do, a table that reads, and no scratch folder beside them.
     assert picture.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
     assert b"IEND" in picture.read_bytes()[-12:]
-    assert read_measurement(file).kind == kind
+    assert read_measurement(file).kind.name == kind
     assert sorted(f.name for f in file.parent.iterdir()) == sorted([file.name, picture.name])
 
     out = tmp_path / "out"
     assert run(["compare", str(path), str(file), "--out", str(out), "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["schema"] == 1
-    (row,) = told["gap"]
+    values = json.loads(capsys.readouterr().out)
+    assert values["schema"] == 1
+    (row,) = values["gap"]
     assert (row["file"], row["kind"], row["unit"]) == (file.name, kind, UNIT[kind])
     assert row["noise"] == NOISE[kind]
     # The root mean square of 400 rows scatters by 3.5 %.
@@ -254,9 +254,9 @@ def test_every_drive_of_the_catalogue_can_be_measured(tmp_path: Path, capsys: py
         file = tmp_path / f"{toml.stem}.csv"
         words = ["simulate", str(toml), "--kind", "lost_motion_map", "--points", "12", "--out", str(file), "--json"]
         assert run(words) == 0
-        told = json.loads(capsys.readouterr().out)
-        assert told["name"] == read_spec(toml).name
-        assert told["figures"]["mean_arcmin"] > 0.0
+        values = json.loads(capsys.readouterr().out)
+        assert values["name"] == read_spec(toml).name
+        assert values["figures"]["mean_arcmin"] > 0.0
 
 
 @pytest.mark.parametrize("command", ["simulate", "compare"])

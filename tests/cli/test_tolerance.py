@@ -25,12 +25,12 @@ def spec_with(folder: Path, tables: str) -> Path:
 def test_backlash_alone_as_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     spec = spec_with(tmp_path, f"[tolerance]\nloaded_samples = 0\n[tolerance.limits]\nbacklash_arcmin = 0.55\n{PINS}")
     assert run(["tolerance", str(spec), "--out", str(tmp_path / "out"), "--samples", "5000", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["schema"] == 1
-    assert not told["tolerances_assumed"]
-    (limit,) = told["yields"]
+    values = json.loads(capsys.readouterr().out)
+    assert values["schema"] == 1
+    assert not values["tolerances_assumed"]
+    (limit,) = values["yields"]
     assert limit["low"] < limit["yield_percent"] < limit["high"]
-    backlash = next(one for one in told["quantities"] if one["name"] == "backlash_arcmin")
+    backlash = next(one for one in values["quantities"] if one["name"] == "backlash_arcmin")
     assert backlash["samples"] == 5000
     # Scatter of pins brings the first touch nearer: the mean is below the drawing.
     assert backlash["mean"]["high"] < backlash["drawn"]
@@ -74,13 +74,13 @@ def test_same_seed_same_samples_and_a_second_run_reuses_them(
         pytest.param(PINS, ["--scheduler", "tcp://127.0.0.1:9"], "cannot be reached", marks=pytest.mark.slow),
     ],
 )
-def test_bad_input_is_told_in_one_sentence(
+def test_bad_input_is_one_sentence(
     tables: str, options: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     spec = spec_with(tmp_path, f"[tolerance]\nloaded_samples = 0\nsamples = 1000\n{tables}")
     assert run(["tolerance", str(spec), "--out", str(tmp_path / "out"), *options]) == 2
-    told = capsys.readouterr()
-    last = told.err.strip().splitlines()[-1]
+    printed = capsys.readouterr()
+    last = printed.err.strip().splitlines()[-1]
     assert last.startswith("cycloid-profile: ")
     assert said in last
     assert not (tmp_path / "out" / "report.html").exists()
@@ -91,8 +91,8 @@ def test_the_example_with_loads_and_the_published_claim(tmp_path: Path, capsys: 
     example = RV40E.with_name("rv40e_tolerances.toml")
     options = ["--samples", "4096", "--loaded-samples", "256"]
     assert run(["tolerance", str(example), "--out", str(tmp_path), *options]) == 0
-    told = capsys.readouterr().out
-    assert "Published claim" in told
+    printed = capsys.readouterr().out
+    assert "Published claim" in printed
     result = json.loads((tmp_path / "tolerance.json").read_text(encoding="utf-8"))
     # A rotation of the flanks moves every gap by as much lever: first order in the errors nothing changes.
     by_quantity = {one["quantity"]: one for one in result["compared"]}

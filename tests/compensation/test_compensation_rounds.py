@@ -11,14 +11,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cycloid_profile.compensation.fixed_point import compensate, compensate_by
-from cycloid_profile.contact.backlash import backlash
-from cycloid_profile.contact.case import LoadCase
-from cycloid_profile.contact.classical import Classical
-from cycloid_profile.contact.equilibrium import Equilibrium
-from cycloid_profile.contact.sharing import Status
+from cycloid_profile.compensation import compensate, compensate_by
+from cycloid_profile.contact import LoadCase, SolveStatus
+from cycloid_profile.contact.disc import Classical, Equilibrium
+from cycloid_profile.contact.mesh import backlash
 from cycloid_profile.errors import CompensationError, SolveError
-from cycloid_profile.modification.setup import DeformationCompensation, Equidistant, RadialMoving, modify
+from cycloid_profile.modification import DeformationCompensation, Equidistant, RadialMoving, modify
 from cycloid_profile.units import ARCMIN, NM, UM
 
 SOLVERS = [Classical(), Equilibrium(poses=4)]
@@ -37,7 +35,7 @@ def test_answer_is_a_fixed_point(case, solver):
     assert found.profile == modify(case.profile, DeformationCompensation(found.delta_max))
     assert found.case is case
     assert found.history[-1] == found.delta_max == found.sharing.delta_max
-    assert found.sharing.status is Status.CONVERGED
+    assert found.sharing.status is SolveStatus.CONVERGED
 
 
 def test_rounds_contract(case):

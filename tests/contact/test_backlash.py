@@ -9,18 +9,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cycloid_profile.contact.backlash import Backlash, backlash, first_order_backlash, first_touch, input_locked_factor
-from cycloid_profile.contact.meshing import mesh, mesh_cycle
-from cycloid_profile.geometry.drive import CentralEccentric, Drive
-from cycloid_profile.geometry.profile import undercut_limit
-from cycloid_profile.geometry.trochoid import Trochoid
-from cycloid_profile.modification.setup import (
-    DeformationCompensation,
-    Equidistant,
-    FlankRotation,
-    RadialMoving,
-    modify,
+from cycloid_profile.contact.mesh import (
+    Backlash,
+    backlash,
+    first_order_backlash,
+    first_touch,
+    input_locked_factor,
+    mesh,
+    mesh_cycle,
 )
+from cycloid_profile.geometry import CentralEccentric, Drive, Trochoid, undercut_limit
+from cycloid_profile.modification import DeformationCompensation, Equidistant, FlankRotation, RadialMoving, modify
 
 
 @st.composite
@@ -145,6 +144,6 @@ def test_input_lock_without_first_stage_is_the_crank_lock():
 
 
 def test_touch_that_runs_out_of_steps_says_so(theoretical, monkeypatch):
-    monkeypatch.setattr("cycloid_profile.contact.backlash._MAX_STEPS", 1)
+    monkeypatch.setattr("cycloid_profile.contact.mesh.touch._MAX_STEPS", 1)
     tooth = modify(theoretical, Equidistant(0.01))
     assert not np.any(first_touch(tooth, 3.0, mesh(theoretical.trochoid, [0.0, 0.1]), 1.0).settled)

@@ -12,18 +12,17 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from cycloid_profile.contact import equilibrium, stage
-from cycloid_profile.contact.as_built import AsBuilt
-from cycloid_profile.contact.batch import BLOCK, over_blocks
-from cycloid_profile.contact.case import LoadCase
-from cycloid_profile.contact.equilibrium import Equilibrium
-from cycloid_profile.contact.meshing import Meshing, mesh
-from cycloid_profile.contact.sharing import LoadSharing, StageMotion, Status, joined
+from cycloid_profile.contact import LoadCase, LoadSharing, SolveStatus
+from cycloid_profile.contact._blocks import BLOCK, over_blocks
+from cycloid_profile.contact.bodies import PartDeviations
+from cycloid_profile.contact.disc import Equilibrium, equilibrium
+from cycloid_profile.contact.mesh import Meshing, mesh
+from cycloid_profile.contact.result import StageMotion, joined
 from cycloid_profile.contact.stage import StageEquilibrium
+from cycloid_profile.contact.stage import equilibrium as stage
 from cycloid_profile.errors import LoadError
-from cycloid_profile.geometry.drive import CentralEccentric, Cranks, Drive
-from cycloid_profile.geometry.trochoid import Trochoid
-from cycloid_profile.modification.setup import DeformationCompensation, Equidistant, RadialMoving, modify
+from cycloid_profile.geometry import CentralEccentric, Cranks, Drive, Trochoid
+from cycloid_profile.modification import DeformationCompensation, Equidistant, RadialMoving, modify
 
 TEETH = {
     "equidistant": (Equidistant(0.006),),
@@ -102,7 +101,7 @@ def test_pose_that_overlaps_before_any_load_does_not_depend_on_the_others(solver
     drive = Drive(Trochoid(12, 40.0, 2.0), 4.0, 10.0, 2, CentralEccentric(2e5))
     angle, torque = loads(60)
     case = case_of(drive, (Equidistant(-0.001),))
-    assert Status.INTERFERENCE in SOLVERS[solver].at(case, angle, torque).statuses
+    assert SolveStatus.INTERFERENCE in SOLVERS[solver].at(case, angle, torque).statuses
     assert_poses_alike(SOLVERS[solver], case, angle, torque, range(0, 60, 4))
 
 
@@ -110,7 +109,7 @@ def test_pose_of_parts_as_built_does_not_depend_on_the_others(rv40e):
     draw = np.random.default_rng(5)
     tooth = modify(rv40e.theoretical_profile, Equidistant(0.006))
     solver = StageEquilibrium(
-        as_built=AsBuilt(
+        deviations=PartDeviations(
             pin_shift=0.001 * (draw.normal(size=40) + 1j * draw.normal(size=40)),
             pin_oversize=0.0005 * draw.normal(size=40),
             teeth=(tooth, modify(tooth, DeformationCompensation(0.001))),
@@ -201,10 +200,10 @@ def test_joined_blocks_tell_the_largest_of_all(rv40e, monkeypatch, solver):
 def test_joined_blocks_end_as_badly_as_their_worst(rv40e, monkeypatch):
     small_blocks(monkeypatch, 2)
     blocks = list(Equilibrium().blocks(case_of(rv40e, TEETH["equidistant"]), 0.02 * np.arange(6)))
-    for one, outcome in ((1, Status.INTERFERENCE), (2, Status.NOT_CONVERGED)):
-        blocks[one].outcome[1] = list(Status).index(outcome)
+    for one, outcome in ((1, SolveStatus.INTERFERENCE), (2, SolveStatus.NOT_CONVERGED)):
+        blocks[one].outcome[1] = list(SolveStatus).index(outcome)
     whole = joined(blocks)
-    assert whole.status is Status.NOT_CONVERGED
+    assert whole.status is SolveStatus.NOT_CONVERGED
     assert [status.name for status in whole.statuses] == [
         *["CONVERGED"] * 3,
         "INTERFERENCE",

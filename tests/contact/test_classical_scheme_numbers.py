@@ -12,12 +12,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cycloid_profile.contact.case import LoadCase
-from cycloid_profile.contact.classical import Classical
-from cycloid_profile.contact.equilibrium import Equilibrium
-from cycloid_profile.contact.sharing import Status
-from cycloid_profile.geometry.drive import Drive
-from cycloid_profile.modification.setup import Equidistant, RadialMoving, modify
+from cycloid_profile.contact import LoadCase, SolveStatus
+from cycloid_profile.contact.disc import Classical, Equilibrium
+from cycloid_profile.geometry import Drive
+from cycloid_profile.modification import Equidistant, RadialMoving, modify
 from cycloid_profile.units import UM
 
 
@@ -27,7 +25,7 @@ def solved(drive, torque, *changes):
 
 def test_unmodified_tooth(rv40e, rated_torque):
     result = solved(rv40e, rated_torque)
-    assert result.status is Status.CONVERGED
+    assert result.status is SolveStatus.CONVERGED
     assert result.max_force == pytest.approx(447.0, abs=0.05)
     assert result.delta_max / UM == pytest.approx(1.465, abs=5e-4)
     assert result.loaded_pins == 19

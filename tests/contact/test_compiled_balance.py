@@ -1,20 +1,21 @@
-"""The compiled moment balance against its readable reference, law by law and near its limits."""
+"""The compiled kernels against their plain numpy references, law by law and near their limits."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from cycloid_profile.contact import equilibrium
-from cycloid_profile.contact.backlash import first_touch
-from cycloid_profile.contact.case import LoadCase
-from cycloid_profile.contact.law_forms import Logarithmic
+from cycloid_profile.contact import LoadCase
+from cycloid_profile.contact.disc import equilibrium
+from cycloid_profile.contact.disc.equilibrium import balance_moments, balance_moments_numpy
 from cycloid_profile.contact.laws import LAWS
-from cycloid_profile.contact.meshing import mesh, output_turn
-from cycloid_profile.modification.setup import DeformationCompensation, Equidistant, RadialMoving, modify
+from cycloid_profile.contact.mesh import first_touch, mesh, output_turn
+from cycloid_profile.contact.stage import StageEquilibrium, energy_about, minimise
+from cycloid_profile.modification import DeformationCompensation, Equidistant, RadialMoving, modify
+from tests.contact.plain_search import plain_search
 
-pytest.importorskip("numba")
-LOGARITHMIC = [name for name, law in LAWS.items() if isinstance(law, Logarithmic)]
 CHANGES = {
     "unmodified": (),
     "equidistant": (Equidistant(0.006),),
@@ -31,16 +32,15 @@ def given(drive, law, changes, poses=80):
 
 
 @pytest.mark.parametrize("changes", CHANGES)
-@pytest.mark.parametrize("law", LOGARITHMIC)
-def test_compiled_and_plain_agree(rv40e, law, changes):
-    from cycloid_profile.contact.compiled import balanced
-
+@pytest.mark.parametrize("law", LAWS)
+def test_compiled_and_plain_agree(rv40e, law, changes, monkeypatch):
+    monkeypatch.setattr(equilibrium, "_WORTH_COMPILING", 0)
     problem = given(rv40e, law, CHANGES[changes])
     for torque in (np.geomspace(1.0, 1e6, 80), np.full(80, 206e3)):
-        plain = equilibrium.balance_moments_plainly(*problem, torque)
-        rotation, approach, force, stiffness, residual, settled = balanced(*problem, torque, 1e-12)
-        assert np.all(settled)
-        assert np.max(residual) < 1e-12
+        plain, found = balance_moments_numpy(*problem, torque), balance_moments(*problem, torque)
+        rotation, approach, force, stiffness = found.rotation, found.approach, found.force, found.stiffness
+        assert np.max(found.residual) < 1e-12
+        np.testing.assert_allclose(found.history[-1], plain.history[-1], rtol=1e-9)
         np.testing.assert_allclose(rotation, plain.rotation, rtol=1e-11)
         largest = np.max(plain.force, axis=-1, keepdims=True)
         np.testing.assert_allclose(force / largest, plain.force / largest, atol=1e-9)
@@ -49,23 +49,22 @@ def test_compiled_and_plain_agree(rv40e, law, changes):
         np.testing.assert_allclose(stiffness[carrying], plain.stiffness[carrying], rtol=1e-8)
 
 
-def test_large_batches_take_the_compiled_way_and_small_ones_do_not(rv40e, monkeypatch):
-    problem, torque = given(rv40e, "roark", CHANGES["equidistant"]), np.full(80, 206e3)
-    small = equilibrium.balance_moments(*problem, torque)
-    assert len(small.history) > 1
-    monkeypatch.setattr(equilibrium, "_WORTH_COMPILING", 1)
-    large = equilibrium.balance_moments(*problem, torque)
-    assert len(large.history) == 1
-    np.testing.assert_allclose(large.rotation, small.rotation, rtol=1e-11)
-    monkeypatch.setattr(equilibrium, "_NUMBA", False)
-    assert len(equilibrium.balance_moments(*problem, torque).history) > 1
-
-
-def test_a_load_no_law_covers_falls_back_to_the_reference(rv40e, monkeypatch):
+def test_a_load_no_law_covers_does_not_disturb_the_others(rv40e):
     problem, torque = given(rv40e, "roark", CHANGES["equidistant"]), np.full(80, 206e3)
     torque[7] = 1e12
-    monkeypatch.setattr(equilibrium, "_WORTH_COMPILING", 1)
-    found = equilibrium.balance_moments(*problem, torque)
+    found = balance_moments(*problem, torque)
     assert not found.residual[7] < 1e-12
     others = np.delete(np.arange(80), 7)
     assert np.all(found.residual[others] < 1e-12)
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("play", [0.0, 0.004])
+def test_least_energy_is_that_of_the_plain_search(rv40e, law, play):
+    drive = replace(rv40e, support=replace(rv40e.support, bearing_play=play))
+    case = LoadCase(drive, modify(drive.theoretical_profile, Equidistant(0.006)), 412e3, law=LAWS[law])
+    problem = energy_about(StageEquilibrium(poses=5).solve(case))
+    pressed = np.zeros((5, problem.arm.size))
+    pressed[:, 0] = 2e-5
+    plain, (found, _) = plain_search(problem, pressed, 1e-10), minimise(problem, pressed, 1e-10)
+    np.testing.assert_allclose(found / problem.arm, plain / problem.arm, rtol=0.0, atol=1e-12)

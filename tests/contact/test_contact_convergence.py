@@ -12,18 +12,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from cycloid_profile.contact.backlash import backlash, first_touch
-from cycloid_profile.contact.case import LoadCase
-from cycloid_profile.contact.equilibrium import Equilibrium
-from cycloid_profile.contact.gap import gaps
+from cycloid_profile.contact import LoadCase
+from cycloid_profile.contact.disc import Equilibrium
 from cycloid_profile.contact.laws import Palmgren
-from cycloid_profile.contact.meshing import mesh, mesh_cycle
+from cycloid_profile.contact.mesh import backlash, first_touch, gaps, mesh, mesh_cycle
 from cycloid_profile.contact.stage import StageEquilibrium
-from cycloid_profile.geometry.drive import CentralEccentric
-from cycloid_profile.geometry.profile import ToothProfile
-from cycloid_profile.geometry.removal import RemovalJet
-from cycloid_profile.modification.deviation import MeasuredDeviation, NormalDeviation
-from cycloid_profile.modification.setup import DeformationCompensation, Equidistant, RadialMoving, modify
+from cycloid_profile.geometry import CentralEccentric, RemovalJet, ToothProfile
+from cycloid_profile.modification import (
+    DeformationCompensation,
+    Equidistant,
+    MeasuredDeviation,
+    NormalDeviation,
+    RadialMoving,
+    modify,
+)
 
 POSES = (6, 12, 24, 48, 96)
 
@@ -70,7 +72,7 @@ class Wave:
     amount: float
     every: int
     corners = ()
-    spacing = None
+    point_spacing = None
 
     @property
     def whole_disc(self) -> bool:

@@ -9,16 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cycloid_profile.contact.backlash import first_touch
-from cycloid_profile.contact.case import LoadCase
-from cycloid_profile.contact.equilibrium import Equilibrium
+from cycloid_profile.contact import LoadCase, SolveStatus
+from cycloid_profile.contact.disc import Equilibrium
 from cycloid_profile.contact.laws import ArticleLogarithm, Johnson, Roark
-from cycloid_profile.contact.meshing import mesh, mesh_cycle
-from cycloid_profile.contact.sharing import Status
-from cycloid_profile.geometry.drive import CentralEccentric, Drive
-from cycloid_profile.geometry.profile import undercut_limit
-from cycloid_profile.geometry.trochoid import Trochoid
-from cycloid_profile.modification.setup import DeformationCompensation, Equidistant, RadialMoving, modify
+from cycloid_profile.contact.mesh import first_touch, mesh, mesh_cycle
+from cycloid_profile.geometry import CentralEccentric, Drive, Trochoid, undercut_limit
+from cycloid_profile.modification import DeformationCompensation, Equidistant, RadialMoving, modify
 from cycloid_profile.units import UM
 
 
@@ -37,7 +33,7 @@ def solved(drive, torque, *changes, poses=4, **options):
 def test_moments_balance_at_every_pose(rv40e, equidistant, radial_moving, torque, sign, law):
     changes = (Equidistant(equidistant + 0.02), RadialMoving(radial_moving), DeformationCompensation(0.001))
     result = solved(rv40e, sign * torque, *changes, law=law)
-    assert result.status is Status.CONVERGED
+    assert result.status is SolveStatus.CONVERGED
     np.testing.assert_allclose(np.sum(result.force * result.lever, axis=-1), 0.5 * torque, rtol=1e-11)
     # Force is the law's answer to the approach, at each pin's own curvature, and only where there is one.
     np.testing.assert_array_equal(result.force > 0.0, result.approach > 0.0)
@@ -125,7 +121,7 @@ def test_any_drive_finds_its_equilibrium(pins, K1, gap, load):
     drive = Drive(trochoid, r_rp, 10.0, 1, CentralEccentric(1e5))
     torque = load * 100.0 * trochoid.longest_lever * r_rp  # of the order of 100 N per mm of pin radius
     result = solved(drive, torque, Equidistant(gap * r_rp), poses=3)
-    assert result.status is Status.CONVERGED
+    assert result.status is SolveStatus.CONVERGED
     np.testing.assert_allclose(np.sum(result.force * result.lever, axis=-1), torque, rtol=1e-11)
 
 
@@ -164,24 +160,24 @@ def test_disc_stiffness_is_of_the_size_known_for_contact_alone(rv40e, rated_torq
 def test_step_limit_is_reported(rv40e, rated_torque):
     case = LoadCase(rv40e, modify(rv40e.theoretical_profile, Equidistant(0.006)), rated_torque)
     result = Equilibrium(poses=2, max_iterations=1).solve(case)
-    assert result.status is Status.NOT_CONVERGED
+    assert result.status is SolveStatus.NOT_CONVERGED
     assert result.residual.shape == (2,)
     assert np.all(result.residual > 1e-3)
 
 
 def test_missing_touch_is_reported(rv40e, rated_torque, monkeypatch):
-    monkeypatch.setattr("cycloid_profile.contact.backlash._MAX_STEPS", 1)
+    monkeypatch.setattr("cycloid_profile.contact.mesh.touch._MAX_STEPS", 1)
     result = solved(rv40e, rated_torque, Equidistant(0.006))
-    assert result.status is Status.NO_CONTACT
+    assert result.status is SolveStatus.NO_CONTACT
     assert "check the modification amounts" in result.status.value
 
 
 def test_torque_no_contact_law_covers_does_not_pass_for_an_answer(rv40e):
-    assert solved(rv40e, 1e10, Equidistant(0.006)).status is not Status.CONVERGED
+    assert solved(rv40e, 1e10, Equidistant(0.006)).status is not SolveStatus.CONVERGED
 
 
 @pytest.mark.parametrize("change", [Equidistant(-0.001), RadialMoving(-0.002)], ids=["equidistant", "radial-moving"])
 def test_interference_is_reported(rv40e, rated_torque, change):
     result = solved(rv40e, rated_torque, change)
-    assert result.status is Status.INTERFERENCE
+    assert result.status is SolveStatus.INTERFERENCE
     assert "raise the clearance" in result.status.value

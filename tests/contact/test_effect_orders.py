@@ -21,14 +21,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from cycloid_profile.contact.as_built import AS_DRAWN, AsBuilt
-from cycloid_profile.contact.case import LoadCase
-from cycloid_profile.contact.meshing import output_turn
+from cycloid_profile.contact import LoadCase
+from cycloid_profile.contact.bodies import NO_DEVIATIONS, PartDeviations
+from cycloid_profile.contact.mesh import output_turn
 from cycloid_profile.contact.stage import StageEquilibrium
-from cycloid_profile.geometry.drive import Cranks, Drive, InvoluteStage
-from cycloid_profile.geometry.trochoid import Trochoid
-from cycloid_profile.modification.deviation import MeasuredDeviation, NormalDeviation
-from cycloid_profile.modification.setup import Equidistant, modify
+from cycloid_profile.geometry import Cranks, Drive, InvoluteStage, Trochoid
+from cycloid_profile.modification import Equidistant, MeasuredDeviation, NormalDeviation, modify
 
 UM = 1e-3
 PINS, LOBES = 12, 11
@@ -83,9 +81,9 @@ def case(drive) -> LoadCase:
 def turned(case):
     """Rotation of the carrier over one output turn with parts as built, at a share of the torque [rad]."""
 
-    def over_a_turn(built=AS_DRAWN, share=1.0):
+    def over_a_turn(reducer=NO_DEVIATIONS, share=1.0):
         crank = output_turn(case.drive.trochoid, 2 * MESH)
-        state = StageEquilibrium(as_built=built).at(case, crank, share * case.torque)
+        state = StageEquilibrium(deviations=reducer).at(case, crank, share * case.torque)
         assert state.converged
         return state.rotation
 
@@ -116,7 +114,7 @@ def test_alike_parts_show_the_mesh_alone(turned):
 @given(errors(2, PINS), errors(PINS), load_shares)
 def test_housing_errors_show_even_multiples_of_the_lobes(turned, shift, oversize, share):
     # Both discs meet the same pins: 2 z_c, 4 z_c … and not z_c.
-    found = spectrum(turned(AsBuilt(pin_shift=shift[0] + 1j * shift[1], pin_oversize=oversize), share))
+    found = spectrum(turned(PartDeviations(pin_shift=shift[0] + 1j * shift[1], pin_oversize=oversize), share))
     assert found.off(2 * LOBES) < OFF_THE_RULE
 
 
@@ -126,14 +124,14 @@ def test_housing_errors_show_the_lobes_where_the_discs_differ(case, turned, shif
     # Another form on disc 2, alike on all its lobes: the discs no longer swap, but the crank's turn still returns.
     phase = np.linspace(0.0, 2.0 * math.pi, 8, endpoint=False)
     other = MeasuredDeviation(NormalDeviation(phase, form[:8], 1)).apply(case.profile)
-    built = AsBuilt(pin_shift=shift[0] + 1j * shift[1], pin_oversize=oversize, teeth=(case.profile, other))
-    assert spectrum(turned(built, share)).off(LOBES) < OFF_THE_RULE
+    reducer = PartDeviations(pin_shift=shift[0] + 1j * shift[1], pin_oversize=oversize, teeth=(case.profile, other))
+    assert spectrum(turned(reducer, share)).off(LOBES) < OFF_THE_RULE
 
 
 def test_a_lone_lobe_order_means_that_the_discs_differ(case, turned):
     phase = np.linspace(0.0, 2.0 * math.pi, 8, endpoint=False)
     other = MeasuredDeviation(NormalDeviation(phase, np.full(8, 3.0 * UM), 1)).apply(case.profile)
-    ring = AsBuilt(pin_shift=np.full(PINS, 3.0 * UM + 0j), teeth=(case.profile, other))
+    ring = PartDeviations(pin_shift=np.full(PINS, 3.0 * UM + 0j), teeth=(case.profile, other))
     found = spectrum(turned(ring))
     assert found.at(lambda order: order == LOBES) > 0.1 * found.at(lambda order: order < 0.5 * MESH)
 
@@ -143,18 +141,20 @@ def test_a_lone_lobe_order_means_that_the_discs_differ(case, turned):
 @settings(max_examples=15)
 def test_disc_errors_show_multiples_of_the_pins(case, turned, one, other, share):
     for teeth in ((on_disc(case, one), case.profile), (on_disc(case, one), on_disc(case, other))):
-        assert spectrum(turned(AsBuilt(teeth=teeth), share)).off(PINS) < OFF_THE_RULE
+        assert spectrum(turned(PartDeviations(teeth=teeth), share)).off(PINS) < OFF_THE_RULE
 
 
-@given(errors(2, 2, 3), errors(2, 2, 3), errors(2, 3), load_shares)
-def test_carrier_errors_show_multiples_of_the_pins(turned, eccentric, bore, lead, share):
-    # Eccentrics, bores and leads of all cranks at random; a lead of 3 µm on the planet's 18 mm.
-    built = AsBuilt(
+@given(errors(2, 2, 3), errors(2, 2, 3), errors(2, 3), errors(2), load_shares)
+def test_carrier_errors_show_multiples_of_the_pins(turned, eccentric, bore, lead, sun, share):
+    # Eccentrics, bores and leads of all cranks and the sun at random; a lead of 3 µm on the planet's 18 mm. The sun
+    # makes three whole turns on the carrier per pin pitch.
+    reducer = PartDeviations(
         eccentric_shift=eccentric[0] + 1j * eccentric[1],
         bore_shift=bore[0] + 1j * bore[1],
         crank_lead=(lead[0] + 1j * lead[1]) / 18.0,
+        sun_shift=complex(*sun),
     )
-    assert spectrum(turned(built, share)).off(PINS) < OFF_THE_RULE
+    assert spectrum(turned(reducer, share)).off(PINS) < OFF_THE_RULE
 
 
 @pytest.mark.slow
@@ -167,8 +167,8 @@ def test_discs_alike_on_the_carrier_cancel_odd_multiples(case, turned, once, at,
 
     t = np.linspace(0.0, 2.0 * math.pi, 6 * LOBES, endpoint=False)
     first, second = on_disc(case, waves(t)), on_disc(case, waves(t + math.pi / LOBES))
-    alone = spectrum(turned(AsBuilt(teeth=(first, case.profile)), share)).odd(PINS)
-    both = spectrum(turned(AsBuilt(teeth=(first, second)), share)).odd(PINS)
+    alone = spectrum(turned(PartDeviations(teeth=(first, case.profile)), share)).odd(PINS)
+    both = spectrum(turned(PartDeviations(teeth=(first, second)), share)).odd(PINS)
     # At 3 % of the torque two or three pins carry, and single pins come through: 2 % of the energy.
     assert both < (0.02 if abs(share) < 0.1 else 0.005) * alone
 
@@ -179,7 +179,7 @@ def test_a_crank_alike_in_both_discs_cancels_odd_multiples(turned, x, y, part, s
     error = complex(x, y)
     if abs(error) < 0.5 * UM:
         error = 0.5 * UM
-    alone, both = (spectrum(turned(AsBuilt(**{part: one_crank(error, n)}), share)).odd(PINS) for n in (1, 2))
+    alone, both = (spectrum(turned(PartDeviations(**{part: one_crank(error, n)}), share)).odd(PINS) for n in (1, 2))
     assert both < 0.01 * alone
 
 
@@ -192,8 +192,8 @@ def test_an_error_of_one_disc_shows_the_pins_themselves(case, turned, sign, amou
     crank = one_crank(amount * UM * np.exp(1j * at), 1)
     nominal = spectrum(turned(share=share)).at(lambda order: order == PINS)
     assert nominal < 1e-24
-    for built in (AsBuilt(teeth=(runout, case.profile)), AsBuilt(eccentric_shift=crank)):
-        found = spectrum(turned(built, share))
+    for reducer in (PartDeviations(teeth=(runout, case.profile)), PartDeviations(eccentric_shift=crank)):
+        found = spectrum(turned(reducer, share))
         below = found.at(lambda order: order < 0.5 * MESH)
         assert found.at(lambda order: order == PINS) > 0.3 * below
 
@@ -207,7 +207,7 @@ def test_a_tooth_turned_on_both_discs_turns_the_output_and_nothing_else(case, tu
     phase = np.linspace(0.0, 2.0 * math.pi, 256, endpoint=False)
     removal = trochoid.longest_lever * angle * trochoid.lever_function(phase)
     tooth = MeasuredDeviation(NormalDeviation(phase, removal, 1)).apply(case.profile)
-    change = turned(AsBuilt(teeth=(tooth, tooth)), share) - turned(share=share)
+    change = turned(PartDeviations(teeth=(tooth, tooth)), share) - turned(share=share)
     expected = angle * LOBES / (PINS + 12.0 / 36.0)
     assert np.mean(change) == pytest.approx(expected, abs=1e-4 * abs(expected) + 1e-12)
     assert np.ptp(change) < 4e-4 * abs(angle) + 1e-12
@@ -218,9 +218,9 @@ class Rv40e(NamedTuple):
 
     case: LoadCase
 
-    def spectrum(self, built) -> Spectrum:
+    def spectrum(self, reducer) -> Spectrum:
         crank = output_turn(self.case.drive.trochoid, 3120)
-        state = StageEquilibrium(as_built=built).at(self.case, crank, 0.03 * self.case.torque)
+        state = StageEquilibrium(deviations=reducer).at(self.case, crank, 0.03 * self.case.torque)
         assert state.converged
         return spectrum(state.rotation)
 
@@ -233,7 +233,7 @@ def whole_rv40e(rv40e, rated_torque) -> Rv40e:
 def test_orders_of_random_housing_errors_of_the_rv40e(whole_rv40e):
     rng = np.random.default_rng(40)
     x, y, oversize = rng.uniform(-2.0 * UM, 2.0 * UM, (3, 40))
-    found = whole_rv40e.spectrum(AsBuilt(pin_shift=x + 1j * y, pin_oversize=oversize))
+    found = whole_rv40e.spectrum(PartDeviations(pin_shift=x + 1j * y, pin_oversize=oversize))
     assert found.off(78) < OFF_THE_RULE
     assert found.at(lambda order: order == 78) > 0.1 * np.sum(found.energy)
 
@@ -243,7 +243,7 @@ def test_orders_of_a_random_disc_error_of_the_rv40e(whole_rv40e):
     rng = np.random.default_rng(39)
     case = whole_rv40e.case
     disc = on_disc(case, rng.uniform(-2.0 * UM, 2.0 * UM, 6 * 39))
-    crank = AsBuilt(teeth=(disc, case.profile), eccentric_shift=one_crank(3.0 * UM, 1))
+    crank = PartDeviations(teeth=(disc, case.profile), eccentric_shift=one_crank(3.0 * UM, 1))
     found = whole_rv40e.spectrum(crank)
     assert found.off(40) < OFF_THE_RULE
     assert found.at(lambda order: order == 40) > 0.1 * np.sum(found.energy)
@@ -251,7 +251,7 @@ def test_orders_of_a_random_disc_error_of_the_rv40e(whole_rv40e):
 
 @pytest.mark.slow
 def test_crank_error_in_both_discs_of_the_rv40e_leaves_order_eighty(whole_rv40e):
-    alone, both = (whole_rv40e.spectrum(AsBuilt(eccentric_shift=one_crank(3.0 * UM, n))) for n in (1, 2))
+    alone, both = (whole_rv40e.spectrum(PartDeviations(eccentric_shift=one_crank(3.0 * UM, n))) for n in (1, 2))
     assert int(np.argmax(alone.energy)) == 40
     assert int(np.argmax(both.energy)) == 80
     # 40 pins are close to a continuum: hardly a thousandth of the lone amplitude is left.

@@ -15,20 +15,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cycloid_profile.contact.case import LoadCase
-from cycloid_profile.contact.classical import take_up_gap
-from cycloid_profile.contact.gap import gaps, nearest_foot
-from cycloid_profile.contact.meshing import mesh, mesh_cycle
-from cycloid_profile.geometry.drive import CentralEccentric, Drive
-from cycloid_profile.geometry.profile import ToothProfile, undercut_limit
-from cycloid_profile.geometry.trochoid import Trochoid
-from cycloid_profile.modification.setup import (
-    DeformationCompensation,
-    Equidistant,
-    FlankRotation,
-    RadialMoving,
-    modify,
-)
+from cycloid_profile.contact import LoadCase
+from cycloid_profile.contact.disc.classical import take_up_gap
+from cycloid_profile.contact.mesh import gaps, mesh, mesh_cycle, nearest_foot
+from cycloid_profile.geometry import CentralEccentric, Drive, ToothProfile, Trochoid, undercut_limit
+from cycloid_profile.modification import DeformationCompensation, Equidistant, FlankRotation, RadialMoving, modify
 
 RNG = np.random.default_rng(7)
 

@@ -12,18 +12,20 @@ but the rounding of the print may lie between.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 from scipy.optimize import minimize_scalar
 
-from cycloid_profile.contact.case import LoadCase
-from cycloid_profile.contact.equilibrium import Equilibrium
-from cycloid_profile.contact.hertz import STEEL, LineContact, Material
-from cycloid_profile.contact.laws import LAWS, ArticleLogarithm, Roark
-from cycloid_profile.modification.setup import Equidistant, modify
+from cycloid_profile.contact import LoadCase
+from cycloid_profile.contact.disc import Equilibrium
+from cycloid_profile.contact.laws import LAWS, STEEL, ArticleLogarithm, Johnson, LineContact, Material, Roark
+from cycloid_profile.modification import Equidistant, modify
 from cycloid_profile.units import UM
 
+PLA = Material(3_000.0, 0.36)
 PUBLISHED = {
     "roark": 2.188,
     "johnson": 2.142,
@@ -72,13 +74,54 @@ def test_johnson_book_contact_of_equal_cylinders():
 
 def test_johnson_law_is_the_sum_of_two_diametral_compressions():
     # Johnson (1985) §5.6: a cylinder pressed across gives way by 2 P (1 − ν²)/(π E)·[2 ln(4R/a) − 1] on both sides
-    # together; one side of each body is half of that. Unlike bodies count with the mean of their compliances.
+    # together; one side of each body is half of that, with its own elastic constants.
     soft, hard = Material(100_000.0, 0.35), Material(210_000.0, 0.3)
     contact = LineContact(8.0, 4.0, np.asarray(-1.0 / 9.0), soft, hard, 1e3)
     P, a = 500.0 / 8.0, float(contact.half_width(500.0))
-    C_E = (1.0 - 0.35**2) / 100_000.0 + (1.0 - 0.3**2) / 210_000.0
-    sides = sum(P * C_E / (2.0 * math.pi) * (2.0 * math.log(4.0 * R / a) - 1.0) for R in (4.0, 9.0))
+    bodies = (((1.0 - 0.35**2) / 100_000.0, 9.0), ((1.0 - 0.3**2) / 210_000.0, 4.0))
+    sides = sum(P * C / math.pi * (2.0 * math.log(4.0 * R / a) - 1.0) for C, R in bodies)
     assert float(LAWS["johnson"].approach(500.0, contact)) == pytest.approx(sides, rel=1e-14)
+
+
+@pytest.mark.parametrize(("disc", "pin"), [(PLA, STEEL), (STEEL, PLA), (STEEL, STEEL)])
+def test_johnson_law_is_the_strain_of_each_body_from_contact_to_centre(disc, pin):
+    # Johnson (1985) Eqs. (5.55) and (5.56): stresses on the axis of a cylinder under a Hertzian band of half-width a
+    # and its opposite reaction, integrated from the surface to the centre in plane strain. The law drops terms of
+    # (a/R)², here below 1e-3.
+    contact = LineContact(8.0, 4.0, np.asarray(-1.0 / 9.0), disc, pin, 1e3)
+    P, a = 5.0, float(contact.half_width(40.0))
+
+    def shortening(body, R):
+        def strain(z):
+            root = math.hypot(a, z)
+            # 2(a² + 2z²)/root − 4z written without the difference of large numbers.
+            across = P / math.pi * (1.0 / R - 2.0 * a**2 / (root * (root + z) ** 2))
+            along = P / math.pi * (1.0 / R - 2.0 / (2.0 * R - z) - 2.0 / root)
+            nu = body.poisson_ratio
+            return -body.compliance * (along - nu / (1.0 - nu) * across)
+
+        return quad(strain, 0.0, R, points=[a, 10.0 * a], epsrel=1e-10)[0]
+
+    assert a < 0.02 * 4.0
+    exact = shortening(disc, 9.0) + shortening(pin, 4.0)
+    assert float(LAWS["johnson"].approach(40.0, contact)) == pytest.approx(exact, rel=2e-4)
+
+
+def test_johnson_law_of_like_bodies_is_that_of_their_mean(at_longest_lever):
+    # Regression, to the last digit: both radii count equally, δ = G F·(ln(4 r|ρ|/(G R F)) − 1).
+    G = at_longest_lever.compliance / (math.pi * at_longest_lever.width)
+    assert Johnson().scale(at_longest_lever) == (G, math.log(4.0 * at_longest_lever.pin_radius / G) - 1.0, 1.0)
+
+
+def test_a_plastic_disc_is_softer_than_by_equal_weights(at_longest_lever):
+    # With a rigid pin the radius of the pin no longer counts: δ = G F·(2 ln(4|ρ|/h) − 1). Equal weights took the
+    # geometric mean of both radii and made a disc of PLA 21 % too stiff at this point.
+    contact = replace(at_longest_lever, disc=PLA)
+    h, r, rho = (float(each) for each in (contact.half_width(60.0), contact.pin_radius, contact.tooth_radius))
+    equal = 60.0 * contact.compliance / (math.pi * 10.0) * (2.0 * math.log(4.0 * math.sqrt(r * rho) / h) - 1.0)
+    found = float(LAWS["johnson"].approach(60.0, contact))
+    assert equal / UM == pytest.approx(6.463, abs=5e-4)
+    assert found / UM == pytest.approx(7.793, abs=5e-4)
 
 
 def test_weber_banaschek_counts_each_body_with_its_own_material():

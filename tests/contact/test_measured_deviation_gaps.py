@@ -17,13 +17,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
-from cycloid_profile.contact.gap import gaps
-from cycloid_profile.contact.meshing import mesh, mesh_cycle
+from cycloid_profile.contact.mesh import gaps, mesh, mesh_cycle
 from cycloid_profile.errors import GeometryError
-from cycloid_profile.geometry.profile import ToothProfile
-from cycloid_profile.geometry.trochoid import Trochoid
-from cycloid_profile.modification.deviation import MeasuredDeviation, NormalDeviation
-from cycloid_profile.modification.setup import Equidistant, RadialMoving, modify
+from cycloid_profile.geometry import ToothProfile, Trochoid
+from cycloid_profile.modification import Equidistant, MeasuredDeviation, NormalDeviation, RadialMoving, modify
 
 UM = 1e-3
 PIN_RADIUS = 3.0

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cycloid_profile.contact.meshing import mesh, mesh_cycle
-from cycloid_profile.geometry.trochoid import Trochoid
+from cycloid_profile.contact.mesh import mesh, mesh_cycle
+from cycloid_profile.geometry import Trochoid
 
 
 @given(st.integers(3, 120), st.floats(0.1, 0.95), st.floats(-10.0, 10.0), st.integers(1, 3))

@@ -10,15 +10,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cycloid_profile.contact.case import LoadCase
-from cycloid_profile.contact.classical import Classical
-from cycloid_profile.contact.equilibrium import Equilibrium
-from cycloid_profile.contact.gap import gaps
-from cycloid_profile.contact.meshing import mesh, mesh_cycle
-from cycloid_profile.contact.running import losses, sliding_speed
+from cycloid_profile.contact import LoadCase, Material, loss_range, losses, sliding_speed
+from cycloid_profile.contact.disc import Classical, Equilibrium
+from cycloid_profile.contact.mesh import gaps, mesh, mesh_cycle
 from cycloid_profile.contact.stage import StageEquilibrium
 from cycloid_profile.errors import LoadError
-from cycloid_profile.modification.setup import Equidistant, modify
+from cycloid_profile.modification import Equidistant, modify
 
 OMEGA = 15.0 * 2.0 * math.pi / 60.0
 
@@ -74,6 +71,24 @@ def test_losses_go_with_friction_and_speed(rv40e, rated_torque):
     assert losses(Classical().solve(case), OMEGA, 0.05, 12.0).bearings == 0.0
 
 
+def test_range_of_losses_is_the_range_of_friction(rv40e, rated_torque):
+    case = LoadCase(rv40e, modify(rv40e.theoretical_profile, Equidistant(0.006)), rated_torque)
+    whole = StageEquilibrium(4).solve(case)
+    found = loss_range(whole, OMEGA, 0.05, 10.0)
+    assert found.likely == losses(whole, OMEGA, 0.05, 10.0)
+    assert found.low.mesh / found.likely.mesh == pytest.approx(0.03 / 0.05)
+    assert found.high.mesh / found.likely.mesh == pytest.approx(0.12 / 0.05)
+    assert found.low.bearings / found.likely.bearings == pytest.approx(0.8)
+    assert found.high.bearings / found.likely.bearings == pytest.approx(1.2)
+    assert found.high.heat == found.high.mesh + found.high.bearings
+    # A friction outside the range of lubricated steel widens it.
+    assert (loss_range(whole, OMEGA, 0.01).low.friction, loss_range(whole, OMEGA, 0.3).high.friction) == (0.01, 0.3)
+    assert "crank bearings left out" in loss_range(whole, OMEGA, 0.05).assumption
+    assert "not both steel" not in found.assumption
+    plastic = StageEquilibrium(2).solve(replace(case, torque=20e3, disc_material=Material(3e3, 0.36)))
+    assert "not both steel" in loss_range(plastic, OMEGA, 0.05).assumption
+
+
 def test_bearing_forces_carry_the_torque_of_each_disc(rv40e, rated_torque):
     # The cranks hold the disc: its pins' moment is that of the bearing forces about its centre.
     case = LoadCase(rv40e, modify(rv40e.theoretical_profile, Equidistant(0.006)), rated_torque)
@@ -100,7 +115,12 @@ def test_full_turn_of_the_output_repeats_each_mesh_cycle(rv40e, rated_torque):
 
 
 @pytest.mark.parametrize(
-    ("change", "what"), [({"output_speed": -1.0}, "output_speed"), ({"friction": math.nan}, "friction")]
+    ("change", "what"),
+    [
+        ({"output_speed": -1.0}, "output_speed"),
+        ({"friction": math.nan}, "friction"),
+        ({"needle_friction": -0.1}, "needle_friction"),
+    ],
 )
 def test_meaningless_running_is_refused(rv40e, rated_torque, change, what):
     sharing = Equilibrium(2).solve(LoadCase(rv40e, replace(rv40e).theoretical_profile, rated_torque))

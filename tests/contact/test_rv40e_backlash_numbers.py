@@ -15,11 +15,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cycloid_profile.contact.backlash import backlash, first_order_backlash, first_touch, input_locked_factor
-from cycloid_profile.contact.meshing import mesh, mesh_cycle
-from cycloid_profile.geometry.profile import ToothProfile
-from cycloid_profile.modification.pairs import conjugate_pair, zero_backlash_pair
-from cycloid_profile.modification.setup import DeformationCompensation, Equidistant, RadialMoving, modify
+from cycloid_profile.contact.mesh import (
+    backlash,
+    first_order_backlash,
+    first_touch,
+    input_locked_factor,
+    mesh,
+    mesh_cycle,
+)
+from cycloid_profile.geometry import ToothProfile
+from cycloid_profile.modification import (
+    DeformationCompensation,
+    Equidistant,
+    RadialMoving,
+    conjugate_pair,
+    modify,
+    zero_backlash_pair,
+)
 from cycloid_profile.units import ARCMIN
 
 

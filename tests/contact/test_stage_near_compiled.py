@@ -1,4 +1,4 @@
-"""The compiled short cut beside a known equilibrium against the numpy search that it stands for."""
+"""The compiled search from a known equilibrium against the search with exact gaps that it shortens."""
 
 from __future__ import annotations
 
@@ -9,28 +9,29 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cycloid_profile.contact import near
-from cycloid_profile.contact.meshing import output_turn
-from cycloid_profile.contact.stage import StageEquilibrium
-from cycloid_profile.design.ground import built_reducer
-from cycloid_profile.effects.built import Built
-from cycloid_profile.effects.crank import CrankBearingClearance, CrankHoleError
-from cycloid_profile.effects.process import (
+from cycloid_profile.contact.mesh import output_turn
+from cycloid_profile.contact.stage import StageEquilibrium, equilibrium
+from cycloid_profile.contact.stage import _nearby as near
+from cycloid_profile.design import as_built_reducer
+from cycloid_profile.effects import (
+    AsBuiltReducer,
+    CrankBearingClearance,
+    CrankHoleError,
     CumulativePitchError,
     DiscRunout,
     FlankWear,
     GrindingChatter,
     MissingDeformationCompensation,
+    PinRingOval,
     SingleToothError,
     WheelWearDrift,
 )
-from cycloid_profile.effects.ring import PinRingOval
-from cycloid_profile.spec.read import read_spec
+from cycloid_profile.spec import read_spec
 
 POSES = 60  # with 80 pins as many as are worth compiling
-TOLERANCES = {"rotation": 1e-12, "motion": 1e-9}  # rad, mm
+# Few pins hold a disc within the play of its bearings: a balance to 1e-10 of a light torque leaves it 1e-8 mm free.
+TOLERANCES = {"rotation": 1e-12, "motion": 1e-9, "motion in play": 1e-7}  # rad, mm, mm
 
-pytest.importorskip("numba")
 signed = st.floats(-4.0, 4.0)
 size = st.floats(0.1, 4.0)
 angle = st.floats(0.0, 360.0)
@@ -54,37 +55,51 @@ effects = st.lists(
 
 
 @pytest.fixture(scope="module")
-def drawn() -> Built:
+def drawn() -> AsBuiltReducer:
     spec = read_spec(Path(__file__).parents[1] / "rig" / "measured" / "spec.toml")
-    return built_reducer(spec)
+    return as_built_reducer(spec)
 
 
-def solved(built: Built, share: float, place=None):
-    crank = output_turn(built.case.drive.trochoid, POSES)
-    return StageEquilibrium(as_built=built.parts).at(built.case, crank, share * built.case.torque, near=place)
+def solved(reducer: AsBuiltReducer, share: float, place=None):
+    crank = output_turn(reducer.case.drive.trochoid, POSES)
+    return StageEquilibrium(deviations=reducer.deviations).at(
+        reducer.case, crank, share * reducer.case.torque, near=place
+    )
 
 
-def both_ways(built: Built, share: float, place):
-    """Compiled and in numpy."""
-    before = near._NUMBA
-    try:
-        near._NUMBA = True
-        compiled = solved(built, share, place)
-        near._NUMBA = False
-        return compiled, solved(built, share, place)
-    finally:
-        near._NUMBA = before
+def with_exact_gaps(reducer: AsBuiltReducer, share: float, place=None):
+    """The search with exact gaps at every step, which the compiled one leaves nothing to as a rule."""
+    whole = near.settled_near
+
+    def none(*args):
+        u, seen, settled = whole(*args)
+        u[:] = args[-3]
+        return u, seen, np.zeros_like(settled)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("cycloid_profile.contact.stage._block.settled_near", none)
+        return solved(reducer, share, place)
+
+
+def both_ways(reducer: AsBuiltReducer, share: float, place):
+    """Compiled, and with exact gaps at every step."""
+    return solved(reducer, share, place), with_exact_gaps(reducer, share, place)
 
 
 def assert_alike(found, expected):
     assert np.all(found.settled)
     np.testing.assert_allclose(found.rotation, expected.rotation, rtol=0.0, atol=TOLERANCES["rotation"])
-    np.testing.assert_allclose(found.place.motion, expected.place.motion, rtol=0.0, atol=TOLERANCES["motion"])
+    motion = TOLERANCES["motion in play" if expected.case.drive.support.bearing_play else "motion"]
+    np.testing.assert_allclose(found.place.motion, expected.place.motion, rtol=0.0, atol=motion)
     np.testing.assert_allclose(found.force, expected.force, rtol=0.0, atol=1e-6 * expected.max_force)
-    np.testing.assert_allclose(found.place.foot, expected.place.foot, rtol=0.0, atol=1e-7)
-    np.testing.assert_allclose(found.lever, expected.lever, rtol=0.0, atol=1e-6)
-    np.testing.assert_allclose(found.curvature, expected.curvature, rtol=1e-4, atol=1e-6)
-    np.testing.assert_allclose(found.stage.normal, expected.stage.normal, rtol=0.0, atol=1e-7)
+    # A pin with a wide gap presses on nothing: the series about its foot is not taken anew, and its foot may be off.
+    near_touch = (expected.force > 0.0) | (expected.gap < 0.002)
+    assert np.any(near_touch)
+    for name, atol in (("lever", 1e-6), ("curvature", 1e-6)):
+        mine, exact = (getattr(each, name)[near_touch] for each in (found, expected))
+        np.testing.assert_allclose(mine, exact, rtol=1e-4 if name == "curvature" else 0.0, atol=atol)
+    for mine, exact in ((found.place.foot, expected.place.foot), (found.stage.normal, expected.stage.normal)):
+        np.testing.assert_allclose(mine[near_touch], exact[near_touch], rtol=0.0, atol=1e-7)
     np.testing.assert_allclose(found.torsional_stiffness, expected.torsional_stiffness, rtol=1e-6)
 
 
@@ -93,18 +108,18 @@ def assert_alike(found, expected):
 @given(some=effects, share=st.sampled_from([1.0, -1.0, 0.03, -0.03]))
 def test_whatever_effects_a_reducer_has(drawn, some, share):
     place = solved(drawn, share).place
-    built = drawn
+    reducer = drawn
     for effect in some:
-        built = effect.apply(built)
-    assert_alike(*both_ways(built, share, place))
+        reducer = effect.apply(reducer)
+    assert_alike(*both_ways(reducer, share, place))
 
 
 @pytest.mark.parametrize("foot_known", [True, False])
 def test_the_feet_need_not_be_known(drawn, foot_known):
     place = solved(drawn, 1.0).place
-    built = CumulativePitchError(amplitude_um=3.0, phase_deg=20.0).apply(drawn)
+    reducer = CumulativePitchError(amplitude_um=3.0, phase_deg=20.0).apply(drawn)
     asked = place if foot_known else type(place)(place.rotation, place.motion)
-    assert_alike(*both_ways(built, 1.0, asked))
+    assert_alike(*both_ways(reducer, 1.0, asked))
 
 
 @pytest.mark.parametrize(
@@ -127,18 +142,18 @@ def test_the_short_cut_is_taken_where_it_can_be_and_only_there(drawn, effect, ta
         answers.append(whole(*args))
         return answers[-1]
 
-    monkeypatch.setattr("cycloid_profile.contact.stage_block.settled_near", watched)
+    monkeypatch.setattr("cycloid_profile.contact.stage._block.settled_near", watched)
     assert np.all(solved(effect.apply(drawn), 1.0, place).settled)
     assert [answer is not None and bool(np.mean(answer[2]) > 0.9) for answer in answers] == [taken]
 
 
 @pytest.mark.parametrize("share", [1.0, -0.03])
-def test_many_poses_from_first_touch_on(drawn, share, monkeypatch):
-    """No place is known beforehand: first touch is looked for, and told, as ever."""
-    built = FlankWear(amount_um=1.0).apply(CumulativePitchError(amplitude_um=3.0, phase_deg=20.0).apply(drawn))
-    plain = solved(built, share)
-    monkeypatch.setattr("cycloid_profile.contact.stage._MANY", POSES * 80)
-    compiled = solved(built, share)
+def test_from_first_touch_on(drawn, share, monkeypatch):
+    """Without a place to start from, first touch is found and reported."""
+    reducer = FlankWear(amount_um=1.0).apply(CumulativePitchError(amplitude_um=3.0, phase_deg=20.0).apply(drawn))
+    plain = solved(reducer, share)
+    monkeypatch.setattr(equilibrium, "_MANY", POSES * 80)
+    compiled = solved(reducer, share)
     assert len(compiled.history) < len(plain.history)
     assert_alike(compiled, plain)
     np.testing.assert_array_equal(compiled.touch, plain.touch)
@@ -148,8 +163,8 @@ def test_many_poses_from_first_touch_on(drawn, share, monkeypatch):
 
 def test_poses_that_the_short_cut_leaves_are_searched_for(drawn, monkeypatch):
     place = solved(drawn, 1.0).place
-    built = CumulativePitchError(amplitude_um=3.0, phase_deg=20.0).apply(drawn)
-    compiled, plain = both_ways(built, 1.0, place)
+    reducer = CumulativePitchError(amplitude_um=3.0, phase_deg=20.0).apply(drawn)
+    compiled, plain = both_ways(reducer, 1.0, place)
     whole = near.settled_near
 
     def half(*args):
@@ -157,8 +172,8 @@ def test_poses_that_the_short_cut_leaves_are_searched_for(drawn, monkeypatch):
         u[::2], settled[::2] = 7.0, False
         return u, seen, settled
 
-    monkeypatch.setattr("cycloid_profile.contact.stage_block.settled_near", half)
-    mixed = solved(built, 1.0, place)
+    monkeypatch.setattr("cycloid_profile.contact.stage._block.settled_near", half)
+    mixed = solved(reducer, 1.0, place)
     assert_alike(mixed, plain)
     np.testing.assert_array_equal(mixed.rotation[1::2], compiled.rotation[1::2])
 

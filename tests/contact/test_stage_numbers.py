@@ -13,10 +13,10 @@ from functools import cache
 import numpy as np
 import pytest
 
-from cycloid_profile.contact.case import LoadCase
-from cycloid_profile.contact.meshing import mesh_cycle
+from cycloid_profile.contact import LoadCase
+from cycloid_profile.contact.mesh import mesh_cycle
 from cycloid_profile.contact.stage import StageEquilibrium
-from cycloid_profile.modification.setup import DeformationCompensation, Equidistant, RadialMoving, modify
+from cycloid_profile.modification import DeformationCompensation, Equidistant, RadialMoving, modify
 from cycloid_profile.units import ARCMIN, ARCSEC
 
 

@@ -7,10 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cycloid_profile.contact.meshing import mesh
-from cycloid_profile.contact.support import crank_turn_per_carrier_turn, support_model
-from cycloid_profile.geometry.drive import CentralEccentric, Cranks, Drive, InvoluteStage
-from cycloid_profile.geometry.trochoid import Trochoid
+from cycloid_profile.contact.bodies import crank_turn_per_carrier_turn, support_model
+from cycloid_profile.contact.mesh import mesh
+from cycloid_profile.geometry import CentralEccentric, Cranks, Drive, InvoluteStage, Trochoid
 
 SUPPORTS = [Cranks(3, 36.0, 4e5), Cranks(2, 20.0, 1e5), CentralEccentric(2e5)]
 STAGES = [None, InvoluteStage(12, 36, 1.5), InvoluteStage(10, 26, 1.25)]

@@ -147,9 +147,9 @@ def _klartext(text: str) -> list[Step]:
     here, c, feed, centre, side = 0j, 0.0, math.nan, 0j, ""
     parameters: dict[str, float] = {}
     for line in flat:
-        told = re.fullmatch(r"FN 0: (Q\d+) = \+([\d.]+)", line)
-        if told:
-            parameters[told[1]] = float(told[2])
+        assignment = re.fullmatch(r"FN 0: (Q\d+) = \+([\d.]+)", line)
+        if assignment:
+            parameters[assignment[1]] = float(assignment[2])
             continue
         head = line.split(" ")[0]
         if head not in ("L", "C", "CC"):
@@ -187,9 +187,9 @@ def seconds(step: Step, dialect: str) -> float:
     """How long a motion in C and X takes [s]."""
     if step.inverse:
         return 60.0 / step.feed
-    way = (
+    path = (
         abs(step.end - step.start)
         if dialect != "heidenhain"
         else math.hypot(abs(step.end - step.start), step.c - step.c_start)
     )
-    return 60.0 * way / step.feed
+    return 60.0 * path / step.feed

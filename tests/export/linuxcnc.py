@@ -1,7 +1,7 @@
 """LinuxCNC's own interpreter as a reader, where it is installed, or unpacked in the folder ``LINUXCNC_ROOT``.
 
 The Debian packages linuxcnc-uspace and libboost-python1.74.0 unpacked into one folder are enough. This file is
-also the program that runs the interpreter, in a process of its own, because its libraries are found by
+also the program that runs the interpreter, in a separate process, because its libraries are found by
 ``LD_LIBRARY_PATH`` only.
 """
 
@@ -31,7 +31,7 @@ class Interpreted(NamedTuple):
 
 
 def interpreted(path: Path, folder: Path) -> Interpreted:
-    """What LinuxCNC makes of a program; skips the test where it is not there."""
+    """A program as LinuxCNC interprets it; skips the test where it is not installed."""
     import pytest
 
     root = os.environ.get("LINUXCNC_ROOT", "/")
@@ -42,8 +42,8 @@ def interpreted(path: Path, folder: Path) -> Interpreted:
     if done.returncode == _ABSENT:
         pytest.skip(f"LinuxCNC's interpreter is not here ({done.stderr.strip()}): unpack it and set LINUXCNC_ROOT")
     assert done.returncode == 0, done.stderr
-    told = json.loads((folder / "interpreted.json").read_text())
-    return Interpreted([tuple(move) for move in told["moves"]], told["rates"], told["error"])
+    report = json.loads((folder / "interpreted.json").read_text())
+    return Interpreted([tuple(move) for move in report["moves"]], report["rates"], report["error"])
 
 
 def arc_points(here: np.ndarray, move: tuple[Any, ...], per_arc: int = 7) -> np.ndarray:
@@ -112,8 +112,8 @@ def _run(path: str, folder: str) -> int:
     recorder = _Recorder(folder)
     result, _ = gcode.parse(path, recorder, "G21", "")
     error = gcode.strerror(result) if result > gcode.MIN_ERROR else None
-    told = {"moves": recorder.moves, "rates": recorder.rates, "error": error}
-    (Path(folder) / "interpreted.json").write_text(json.dumps(told))
+    report = {"moves": recorder.moves, "rates": recorder.rates, "error": error}
+    (Path(folder) / "interpreted.json").write_text(json.dumps(report))
     return 0
 
 

@@ -1,7 +1,7 @@
 """Any drive from 3 to 300 lobes: its outline is valid or refused with the limit, and rolls among its pins.
 
 The disc is rolled by its kinematics alone, as a polygon made of the splines that are exported: centre on the
-eccentric, turned back by φ/z_c. Every pin of every pose is looked at from its lobe, which two neighbours flank.
+eccentric, rotated back by φ/z_c. Every pin of every pose is transformed to its lobe and the two neighbouring lobes.
 """
 
 from __future__ import annotations
@@ -15,19 +15,15 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cycloid_profile.contact.backlash import first_touch
-from cycloid_profile.contact.meshing import mesh
+from cycloid_profile.contact.mesh import first_touch, mesh
 from cycloid_profile.errors import GeometryError
-from cycloid_profile.export.deviation import deviation_both_ways
-from cycloid_profile.export.spline import SplinePiece, disc_splines
-from cycloid_profile.geometry.drive import CentralEccentric, Drive
-from cycloid_profile.geometry.profile import ToothProfile, undercut_limit
-from cycloid_profile.geometry.trochoid import Trochoid
-from cycloid_profile.modification.setup import Equidistant, modify
+from cycloid_profile.export.curves import SplinePiece, deviation_both_ways, disc_splines
+from cycloid_profile.geometry import CentralEccentric, Drive, ToothProfile, Trochoid, undercut_limit
+from cycloid_profile.modification import Equidistant, modify
 
 TOLERANCE = 5e-5  # mm, of the splines
 CHORDS = 2e-5  # mm, of the polygon
-PLACES = 8000  # of pins beside the disc: every pin of as many poses as that takes
+PIN_POSITIONS = 8000  # pin positions: every pin of as many poses as needed
 RADIUS = 64.0
 
 
@@ -43,7 +39,7 @@ def rows(pieces: tuple[SplinePiece, ...], per_span: int) -> np.ndarray:
 
 def crank_angles(trochoid: Trochoid) -> np.ndarray:
     """Evenly spread over a turn, shape (poses,) [rad]."""
-    poses = max(PLACES // trochoid.pins, 24)
+    poses = max(PIN_POSITIONS // trochoid.pins, 24)
     return 2.0 * math.pi * np.arange(poses) / poses
 
 
@@ -58,11 +54,11 @@ def rolled_gaps(
     seen = (pins - trochoid.eccentricity * np.exp(1j * phi)) * np.exp(1j * (phi / z_c - np.reshape(turn, (-1, 1))))
     seen = seen * np.exp(2j * math.pi * np.round(-np.angle(seen) * z_c / (2.0 * math.pi)) / z_c)
     each = len(pieces) // z_c
-    near = [piece.turned(2.0 * math.pi * k / z_c) for k in (1, 0, -1) for piece in pieces[:each]]
+    near = [piece.rotated(2.0 * math.pi * k / z_c) for k in (1, 0, -1) for piece in pieces[:each]]
     # As many chords as keep their sagitta κs²/8 within CHORDS.
-    bend = float(np.max(np.abs(profile.at(np.linspace(0.0, 2.0 * math.pi, 4001)).curvature)))
+    curvature = float(np.max(np.abs(profile.at(np.linspace(0.0, 2.0 * math.pi, 4001)).curvature)))
     longest = float(np.max(np.sum(np.abs(np.diff(rows(tuple(near), 9))), axis=1)))
-    line = rows(tuple(near), math.ceil(longest * math.sqrt(bend / (8.0 * CHORDS))) + 1).ravel()
+    line = rows(tuple(near), math.ceil(longest * math.sqrt(curvature / (8.0 * CHORDS))) + 1).ravel()
     curve = shapely.LineString(np.stack([line.real, line.imag], axis=-1))
     shapely.prepare(curve)
     off = shapely.distance(curve, shapely.points(np.stack([seen.real, seen.imag], axis=-1)))
@@ -131,16 +127,22 @@ def test_a_disc_with_play_touches_where_the_engine_says() -> None:
 )
 def test_step_of_extreme_drives_is_sound(lobes: int, ratio: float, fill: float, tmp_path: Path) -> None:
     pytest.importorskip("OCP", reason="the CAD kernel is not installed")
-    from cycloid_profile.export.solids import plate
-    from cycloid_profile.export.step_file import Part, Substance, write_part
-    from cycloid_profile.export.step_read import points_on, read_shape, sound_solids, top_edges
+    from cycloid_profile.export.cad import CadMaterial, Part
+    from cycloid_profile.export.cad._opencascade import (
+        plate,
+        points_on,
+        read_shape,
+        sound_solids,
+        top_edges,
+        write_part,
+    )
 
     trochoid = Trochoid(lobes + 1, RADIUS, ratio * RADIUS / (lobes + 1))
     limit = min(undercut_limit(trochoid), RADIUS * math.sin(math.pi / (lobes + 1)))
     profile = ToothProfile(trochoid, fill * limit)
     solid = plate(disc_splines(profile, 5, 0.8 * TOLERANCE), (), 0.0, 10.0)
     path = tmp_path / "disc.step"
-    write_part(Part("disc", solid, (0.5, 0.5, 0.5), Substance("steel", "")), path, "AP242")
+    write_part(Part("disc", solid, (0.5, 0.5, 0.5), CadMaterial("steel", "")), path, "AP242")
     (back,) = sound_solids(read_shape(path), path, 1)
     found = deviation_both_ways(profile, points_on(top_edges(back)[0]))
     assert found.largest <= TOLERANCE

@@ -13,18 +13,14 @@ import pytest
 import shapely
 from shapely.affinity import rotate, translate
 
-from cycloid_profile.catalog.drives import catalog_names, catalog_text
-from cycloid_profile.contact.gap import gaps
-from cycloid_profile.contact.meshing import mesh
+from cycloid_profile.catalog import catalog_names, catalog_text
+from cycloid_profile.contact.mesh import gaps, mesh
+from cycloid_profile.design import DesignRecord
 from cycloid_profile.design.from_spec import conventional_profile, disc_outline, drive_of
-from cycloid_profile.design.record import DesignRecord
-from cycloid_profile.export.stage_parts import Place, disc_places, mounted, ring_bore, stage_parts
-from cycloid_profile.geometry.contour import Contour
-from cycloid_profile.geometry.drive import Drive
-from cycloid_profile.geometry.outline import DiscOutline
-from cycloid_profile.geometry.sampling import ChordTolerance, sample
+from cycloid_profile.export.cad import Placement, disc_placements, mounted, ring_bore, stage_parts
+from cycloid_profile.geometry import ChordTolerance, Contour, DiscOutline, Drive, sample
+from cycloid_profile.spec import parse_spec
 from cycloid_profile.spec.model import Spec
-from cycloid_profile.spec.read import parse_spec
 
 FINE = 2e-6  # mm, chords of teeth
 COARSE = 1e-3  # mm, chords of everything else
@@ -36,12 +32,12 @@ def polygon(contour: Contour, openings: tuple[Contour, ...] = (), chord: float =
     return shapely.Polygon(outer, inner)
 
 
-def placed(shape: shapely.Polygon, place: Place) -> shapely.Polygon:
-    turned = rotate(shape, place.turn, origin=(0.0, 0.0), use_radians=True)
-    return translate(turned, place.shift.real, place.shift.imag)
+def placed(shape: shapely.Polygon, place: Placement) -> shapely.Polygon:
+    rotated = rotate(shape, place.rotation, origin=(0.0, 0.0), use_radians=True)
+    return translate(rotated, place.shift.real, place.shift.imag)
 
 
-def disc(outline: DiscOutline, place: Place, chord: float) -> shapely.Polygon:
+def disc(outline: DiscOutline, place: Placement, chord: float) -> shapely.Polygon:
     holes = [contour.points(chord) for contour in mounted(outline, place).contours]
     teeth = sample(outline.profile, ChordTolerance(chord)).xy
     return placed(shapely.Polygon(teeth, [np.stack([h.real, h.imag], axis=-1) for h in holes]), place)
@@ -57,7 +53,7 @@ def test_pins_stand_from_the_discs_as_the_contact_engine_says(rv40e_record: Desi
     engine = gaps(outline.profile, drive.pin_radius, mesh(drive.trochoid, [0.0], drive.discs))
     angle = 2.0 * math.pi * np.arange(drive.trochoid.pins) / drive.trochoid.pins
     centres = shapely.points(drive.trochoid.pin_circle_radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1))
-    for j, place in enumerate(disc_places(drive)):
+    for j, place in enumerate(disc_placements(drive)):
         found = shapely.distance(disc(outline, place, FINE).exterior, centres) - drive.pin_radius
         # 6 µm of equidistant and compensation: no pin nearer than the engine's gap, none further.
         assert np.allclose(found, engine.gap[0, j], atol=2.0 * FINE)
@@ -65,12 +61,12 @@ def test_pins_stand_from_the_discs_as_the_contact_engine_says(rv40e_record: Desi
 
 
 def test_discs_share_their_crank_holes_and_run_opposite(rv40e_record: DesignRecord) -> None:
-    first, second = disc_places(rv40e_record.drive)
+    first, second = disc_placements(rv40e_record.drive)
     assert (first.shift, second.shift) == pytest.approx((1.3, -1.3))
-    assert second.turn == pytest.approx(-math.pi / 39.0)
+    assert second.rotation == pytest.approx(-math.pi / 39.0)
     for j, place in enumerate((first, second)):
         holes = mounted(rv40e_record.outline, place).holes
-        centres = [hole.centre * np.exp(1j * place.turn) + place.shift for hole in holes if "crank" in hole.name]
+        centres = [hole.centre * np.exp(1j * place.rotation) + place.shift for hole in holes if "crank" in hole.name]
         wanted = 36.0 * np.exp(2j * math.pi * np.arange(3) / 3) + (1.3 if j == 0 else -1.3)
         assert np.allclose(centres, wanted, atol=1e-12)
 
@@ -84,10 +80,10 @@ def test_no_part_is_inside_another(name: str) -> None:
     drive, outline = stage(spec)
     bodies = [
         (place.name, place.height, place.height + drive.disc_width, disc(outline, place, COARSE))
-        for place in disc_places(drive)
+        for place in disc_placements(drive)
     ]
     for part in stage_parts(drive, outline):
-        for place in part.places:
+        for place in part.placements:
             for slab in part.slabs:
                 shape = placed(polygon(slab.edge, slab.openings), place)
                 bodies.append((place.name, slab.low + place.height, slab.high + place.height, shape))
@@ -101,7 +97,7 @@ def test_no_part_is_inside_another(name: str) -> None:
 
 
 def test_thin_pins_leave_the_ring_without_grooves() -> None:
-    assert ring_bore(40, 64.0, 0.5, 66.0).circle is not None
+    assert ring_bore(40, 64.0, 0.5, 66.0).full_circle_arc is not None
     grooved = ring_bore(40, 64.0, 3.0, 64.5)
     assert len(grooved.segments) == 80
     # Each groove holds its pin: the ring's bore reaches round it on the pin's own radius.
@@ -116,8 +112,8 @@ def test_assembly_file_holds_every_part_in_its_place(rv40e_record: DesignRecord,
     from OCP.BRepGProp import BRepGProp
     from OCP.GProp import GProp_GProps
 
-    from cycloid_profile.export.assembly import StepAssemblyExporter
-    from cycloid_profile.export.step_read import read_shape, sound_solids
+    from cycloid_profile.export.cad import StepAssemblyExporter
+    from cycloid_profile.export.cad._opencascade import read_shape, sound_solids
 
     (written,) = StepAssemblyExporter().write(rv40e_record, tmp_path)
     assert written.entities == {"solids": 2 + 40 + 1 + 3 + 6 + 2, "shapes": 7, "discs": 2, "pins": 40}
@@ -134,7 +130,7 @@ def test_assembly_file_holds_every_part_in_its_place(rv40e_record: DesignRecord,
     assert named[:2] == ["disc 1", "disc 2"]
     assert {"pin 40", "pin ring", "crank shaft 3", "crank bearing 2.1", "carrier plate 2"} <= set(named)
     assert len(re.findall(r"COLOUR_RGB", text)) >= 6
-    # Centres of the pins as the kernel finds them where they stand.
+    # Centres of the pins in the assembly, as the kernel finds them.
     centres = []
     for solid in sound_solids(read_shape(path), path, 54)[2:42]:
         mass = GProp_GProps()
@@ -146,6 +142,6 @@ def test_assembly_file_holds_every_part_in_its_place(rv40e_record: DesignRecord,
 
 
 def test_a_single_disc_needs_no_turn(rv40e_record: DesignRecord) -> None:
-    (only,) = disc_places(replace(rv40e_record.drive, discs=1))
-    assert only.turn == 0.0
+    (only,) = disc_placements(replace(rv40e_record.drive, discs=1))
+    assert only.rotation == 0.0
     assert mounted(rv40e_record.outline, only).contours == rv40e_record.outline.contours

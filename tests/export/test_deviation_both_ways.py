@@ -10,10 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
-from cycloid_profile.export.deviation import deviation_both_ways
-from cycloid_profile.geometry.profile import ToothProfile
-from cycloid_profile.geometry.trochoid import Trochoid
-from cycloid_profile.modification.setup import DeformationCompensation, Equidistant, modify
+from cycloid_profile.export.curves import deviation_both_ways
+from cycloid_profile.geometry import ToothProfile, Trochoid
+from cycloid_profile.modification import DeformationCompensation, Equidistant, modify
 
 THEORY = ToothProfile(Trochoid(40, 64.0, 1.3), 3.0)
 COMPENSATED = modify(THEORY, Equidistant(0.006), DeformationCompensation(0.002))
@@ -51,7 +50,7 @@ def test_a_piece_left_out_shows_only_from_the_curve() -> None:
         rest = np.delete(whole, left_out, axis=0).ravel()
         tree = cKDTree(np.stack([rest.real, rest.imag], axis=-1))
         far, _ = tree.query(np.stack([exact.real, exact.imag], axis=-1))
-        # Straight across the gap is at most as far as the way to its ends.
+        # The chord across the gap is at most as far as its ends.
         assert found.from_curve is not None
         assert 0.01 < found.from_curve <= np.max(far)
 

@@ -1,4 +1,4 @@
-"""The drawing: true to size, nothing on top of something else, the same bytes again, and what it says in words."""
+"""The drawing: true size, no overlaps, repeatable bytes, and its texts."""
 
 from __future__ import annotations
 
@@ -13,18 +13,16 @@ import pytest
 from ezdxf import bbox
 from independent import ExactCurve
 
-from cycloid_profile.design.record import DesignRecord, design_disc
+from cycloid_profile.design import DesignRecord, design_disc
 from cycloid_profile.errors import ExportError
-from cycloid_profile.export.drawing import DrawingExporter, drawn, scale_text
-from cycloid_profile.export.drawing_data import check_sizes, tooth_data
-from cycloid_profile.export.drawing_print import use_own_font
-from cycloid_profile.export.drawing_sheet import A3, Sheet
-from cycloid_profile.geometry.drive import Drive
-from cycloid_profile.spec.disc import DiscSpec, HolesSpec, KeywaySpec, WindowsSpec
-from cycloid_profile.spec.drawing import DrawingSpec
-from cycloid_profile.spec.drive import DriveSpec
-from cycloid_profile.spec.model import Spec
-from cycloid_profile.spec.modification import ModificationSpec
+from cycloid_profile.export.drawing import DrawingExporter
+from cycloid_profile.export.drawing._sheet import A3, Sheet, use_own_font
+from cycloid_profile.export.drawing._tooth_data import check_sizes, tooth_data
+from cycloid_profile.export.drawing.exporter import draw_sheet, scale_text
+from cycloid_profile.geometry import Drive
+from cycloid_profile.spec.model import DiscSpec, DrawingSpec, Spec
+from cycloid_profile.spec.model.drive import DriveSpec, HolesSpec, KeywaySpec, WindowsSpec
+from cycloid_profile.spec.model.modification import ModificationSpec
 
 FIELDS = DrawingSpec(
     number="CD-40E-01", heat_treatment="through hardened 60 to 64 HRC", tooth_roughness_ra_um=0.4, roughness_ra_um=1.6,
@@ -55,7 +53,7 @@ def full(rv40e_record: DesignRecord) -> DesignRecord:
 @pytest.fixture(scope="module")
 def sheet(full: DesignRecord) -> Sheet:
     use_own_font()
-    return drawn(full)[0]
+    return draw_sheet(full)[0]
 
 
 def paper_boxes(sheet: Sheet, kinds: str) -> list[tuple[str, np.ndarray]]:
@@ -79,7 +77,7 @@ def test_dimensions_measure_the_disc(sheet: Sheet, full: DesignRecord) -> None:
     assert measured == pytest.approx(sorted(wanted), abs=2e-6)
 
 
-def test_the_table_says_what_the_disc_is(full: DesignRecord) -> None:
+def test_the_table_holds_the_data_of_the_disc(full: DesignRecord) -> None:
     rows = {row.name: row.value for row in tooth_data(full, FIELDS)}
     assert full.compensation is not None
     expected = {
@@ -130,7 +128,7 @@ def test_a_disc_that_no_scale_fits_is_refused(full: DesignRecord) -> None:
         object.__setattr__(drive, name, getattr(full.drive, name))
     object.__setattr__(drive, "disc_width", 1e6)
     with pytest.raises(ExportError, match="fits A3 at no standard scale"):
-        drawn(replace(full, drive=drive))
+        draw_sheet(replace(full, drive=drive))
 
 
 @pytest.mark.slow
@@ -154,7 +152,7 @@ def test_files_are_true_to_size_and_repeat(full: DesignRecord, tmp_path: Path) -
     # The tooth at true size in the model space, root 1 upwards, by an independent curve.
     (spline,) = ezdxf.readfile(first / "drawing.dxf").modelspace().query('SPLINE[layer=="PROFILE"]')
     points = np.array([tuple(p)[:2] for p in spline.construction_tool().approximate(20_000)])
-    centre = complex(*drawn(full)[0].at(66.0 + full.outline.tip_radius + 200j))
+    centre = complex(*draw_sheet(full)[0].at(66.0 + full.outline.tip_radius + 200j))
     z = (points[:, 0] + 1j * points[:, 1] - centre) / 1j
     assert full.compensation is not None
     exact = ExactCurve(0.006, full.compensation.delta_max)
@@ -165,7 +163,7 @@ def test_files_are_true_to_size_and_repeat(full: DesignRecord, tmp_path: Path) -
 @pytest.mark.parametrize("spec", [HOBBY, THREE], ids=lambda spec: spec.name)
 def test_texts_keep_apart_on_other_discs(spec: Spec) -> None:
     use_own_font()
-    test_no_two_texts_touch_and_all_lie_in_the_frame(drawn(design_disc(spec))[0])
+    test_no_two_texts_touch_and_all_lie_in_the_frame(draw_sheet(design_disc(spec))[0])
 
 
 @pytest.mark.slow
@@ -176,7 +174,7 @@ def test_windows_and_keyway_are_drawn_and_named(rv40e_record: DesignRecord) -> N
         keyway=KeywaySpec(6.0, 2.8, 1, 0.3, 90.0),
     )
     use_own_font()
-    sheet = drawn(design_disc(msgspec.structs.replace(rv40e_record.spec, disc=disc)))[0]
+    sheet = draw_sheet(design_disc(msgspec.structs.replace(rv40e_record.spec, disc=disc)))[0]
     texts = {text.dxf.text for text in sheet.space.query("TEXT")}
     assert {"3 × window 50°", "R26 to R48", "keyway 6", "height 34.8"} <= texts
     test_no_two_texts_touch_and_all_lie_in_the_frame(sheet)

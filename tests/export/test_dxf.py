@@ -25,23 +25,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from independent import ExactCurve
 
+from cycloid_profile.design import DesignRecord
 from cycloid_profile.design.from_spec import conventional_profile, disc_outline, drive_of
-from cycloid_profile.design.record import DesignRecord
 from cycloid_profile.errors import CycloidError, GeometryError
-from cycloid_profile.export.biarc import disc_arcs
-from cycloid_profile.export.dxf import DxfExporter
-from cycloid_profile.export.dxf_arcs import ArcDxfExporter, read_dxf_arcs
-from cycloid_profile.export.dxf_document import LAYERS
-from cycloid_profile.export.dxf_polyline import write_polyline
-from cycloid_profile.geometry.profile import ToothProfile, undercut_limit
-from cycloid_profile.geometry.trochoid import Trochoid
-from cycloid_profile.modification.deviation import MeasuredDeviation, NormalDeviation
-from cycloid_profile.spec.drive import DriveSpec
+from cycloid_profile.export.curves import disc_arcs
+from cycloid_profile.export.dxf import LAYERS, ArcDxfExporter, DxfExporter, read_dxf_arcs, write_polyline
+from cycloid_profile.geometry import ToothProfile, Trochoid, undercut_limit
+from cycloid_profile.modification import MeasuredDeviation, NormalDeviation
 from cycloid_profile.spec.model import Spec
-from cycloid_profile.spec.modification import ModificationSpec
+from cycloid_profile.spec.model.drive import DriveSpec
+from cycloid_profile.spec.model.modification import ModificationSpec
 
 PROMISE = 5e-5  # mm, of the RV-40E
-CHORDS = 3e-9  # mm, of the polyline that stands for the exact curve
+CHORDS = 3e-9  # mm, chord error of the polyline in place of the exact curve
 
 
 @pytest.fixture(scope="module")
@@ -80,7 +76,7 @@ def test_units_and_layers(written: Path, name: str) -> None:
     assert [layer.name for layer in LAYERS] == ["PROFILE", "PITCH", "HOLES", "CENTRE", "PINS", "TEXT"]
     pins = entities(written / name, "CIRCLE", "PINS")
     assert len(pins) == 40
-    # With φ = 0 the first pin stands in root 1: 64 − 1.3 from the disc's centre.
+    # With φ = 0 the first pin is in root 1: 64 − 1.3 from the disc's centre.
     assert (numbers(pins[0], 10)[0], numbers(pins[0], 20)[0]) == (62.7, 0.0)
     assert {float(numbers(pin, 40)[0]) for pin in pins} == {3.0}
     (pitch,) = entities(written / name, "CIRCLE", "PITCH")
@@ -132,13 +128,13 @@ def test_a_polyline_of_100_000_vertices_is_whole(tmp_path: Path) -> None:
     assert not numbers(tags, 42).size
 
 
-def test_what_ezdxf_reads_is_what_was_written(tmp_path: Path) -> None:
+def test_ezdxf_reads_the_written_values(tmp_path: Path) -> None:
     arcs = disc_arcs(hobby_tooth(11), 1e-3)
-    write_polyline(tmp_path / "a.dxf", arcs.ends[:-1], np.tan(0.25 * np.linspace(-1.0, 1.0, arcs.bend.size)))
+    write_polyline(tmp_path / "a.dxf", arcs.ends[:-1], np.tan(0.25 * np.linspace(-1.0, 1.0, arcs.curvature.size)))
     (found,) = ezdxf.readfile(tmp_path / "a.dxf").modelspace()
     back = np.array(found.get_points("xyb"))
     assert np.max(np.abs(back[:, 0] + 1j * back[:, 1] - arcs.ends[:-1])) <= 1e-9
-    assert np.allclose(4.0 * np.arctan(back[:, 2]), np.linspace(-1.0, 1.0, arcs.bend.size), atol=1e-12)
+    assert np.allclose(4.0 * np.arctan(back[:, 2]), np.linspace(-1.0, 1.0, arcs.curvature.size), atol=1e-12)
 
 
 def hobby_tooth(pins: int) -> ToothProfile:
@@ -166,9 +162,9 @@ def test_lobes_that_differ_are_written_one_by_one(rv40e_record: DesignRecord, tm
         _, i = cKDTree(np.stack([fine.real, fine.imag], axis=-1)).query(points)
         off = np.full(z.size, np.inf)
         for a in (np.maximum(i - 1, 0), np.minimum(i, fine.size - 2)):
-            way = fine[a + 1] - fine[a]
-            share = np.clip((np.conj(way) * (z - fine[a])).real / np.abs(way) ** 2, 0.0, 1.0)
-            off = np.minimum(off, np.abs(z - fine[a] - share * way))
+            chord = fine[a + 1] - fine[a]
+            share = np.clip((np.conj(chord) * (z - fine[a])).real / np.abs(chord) ** 2, 0.0, 1.0)
+            off = np.minimum(off, np.abs(z - fine[a] - share * chord))
         assert np.max(off) <= PROMISE + 2e-6
 
 
@@ -205,12 +201,12 @@ def test_any_drive_is_written_or_refused_with_its_limit(
         outline = disc_outline(spec, made, profile)
     except CycloidError as refused:
         # Either outcome is right, a refusal without its limit is not.
-        told = refused
+        error = refused
     else:
-        told = None
-    if told is not None:
-        assert told.limit
-        assert told.remedy
+        error = None
+    if error is not None:
+        assert error.limit
+        assert error.remedy
         return
     record = replace(rv40e_record, spec=spec, drive=made, profile=profile, outline=outline)
     folder = tmp_path_factory.mktemp("any")
@@ -236,7 +232,7 @@ process.stdout.write(JSON.stringify({units: dxf.header.$INSUNITS,
 
 
 def parsed_by_node(path: Path) -> dict[str, Any]:
-    """What dxf-parser makes of a file; skips without node or the package."""
+    """A file as dxf-parser reads it; skips without node or the package."""
     node, npm = shutil.which("node"), shutil.which("npm")
     if node is None or npm is None:
         pytest.skip("node and npm are not installed")
@@ -299,7 +295,7 @@ def test_freecad_reads_the_same_curves(written: Path, exact: ExactCurve, tmp_pat
     (spline,) = [points for _, kind, points in edges if kind == "BSplineCurve"]
     assert np.max(exact.distance(spline)) <= PROMISE + CHORDS
     ring = [p for path, kind, p in edges if path == paths[1] and kind == "Circle" and np.ptp(p[:, 0]) < 2.0]
-    assert len(ring) == len(read_dxf_arcs(Path(paths[1]))[0].bend)
+    assert len(ring) == len(read_dxf_arcs(Path(paths[1]))[0].curvature)
     assert np.max(exact.distance(np.concatenate(ring))) <= PROMISE + CHORDS
 
 
@@ -330,6 +326,6 @@ def test_librecad_draws_the_whole_tooth(written: Path, rv40e_record: DesignRecor
     assert np.min(np.abs(away)) / np.max(np.abs(away)) == pytest.approx(
         outline.root_radius / outline.tip_radius, abs=2e-3
     )
-    # All round, without a gap: neighbours in angle stand closer than a tenth of a lobe.
+    # All round, without a gap: neighbours are closer in angle than a tenth of a lobe.
     angles = np.sort(np.angle(away))
     assert np.max(np.diff(angles, append=angles[0] + 2.0 * math.pi)) < 0.1 * 2.0 * math.pi / 39

@@ -1,4 +1,4 @@
-"""What a measuring machine is given: DMIS and VDA-FS read by their own grammar, and the plan's tolerances."""
+"""Files for measuring machines: DMIS and VDA-FS read by an independent grammar, and the plan's tolerances."""
 
 from __future__ import annotations
 
@@ -13,11 +13,9 @@ import numpy as np
 import pytest
 from independent import textbook_curve
 
-from cycloid_profile.design.record import DesignRecord
-from cycloid_profile.export.dmis import DmisExporter
-from cycloid_profile.export.inspection import inspection_plan
-from cycloid_profile.export.points import CmmExporter, ProfileCsvExporter
-from cycloid_profile.export.vdafs import VdaExporter
+from cycloid_profile.design import DesignRecord
+from cycloid_profile.export.inspection import DmisExporter, inspection_plan
+from cycloid_profile.export.points import CmmExporter, ProfileCsvExporter, VdaExporter
 
 
 def nominal(record: DesignRecord, folder: Path) -> np.ndarray:

@@ -17,10 +17,8 @@ import pytest
 from independent import ExactCurve
 from linuxcnc import arc_points, interpreted
 
-from cycloid_profile.design.record import DesignRecord
-from cycloid_profile.export.gcode import GcodeExporter
-from cycloid_profile.export.polar_program import PolarExporter
-from cycloid_profile.export.wire import WireExporter
+from cycloid_profile.design import DesignRecord
+from cycloid_profile.export.nc import GcodeExporter, PolarExporter, WireExporter
 
 pytestmark = pytest.mark.slow
 TOLERANCE, ROUNDED = 5e-5, 1.5e-5
@@ -59,8 +57,8 @@ def test_contour_and_its_compensation(
     points = np.concatenate(arcs_of(found.moves)[1:-1])
     off = exact.distance(points) - radius
     assert np.max(np.abs(off)) <= TOLERANCE + ROUNDED
-    turned = np.unwrap(np.arctan2(points[:, 1], points[:, 0]))
-    assert abs(turned[-1] - turned[0]) == pytest.approx(2.0 * math.pi, abs=1e-2)
+    rotated = np.unwrap(np.arctan2(points[:, 1], points[:, 0]))
+    assert abs(rotated[-1] - rotated[0]) == pytest.approx(2.0 * math.pi, abs=1e-2)
 
 
 def test_wheel_almost_as_large_as_the_root(rv40e_record: DesignRecord, tmp_path: Path) -> None:
@@ -73,23 +71,23 @@ def test_wheel_almost_as_large_as_the_root(rv40e_record: DesignRecord, tmp_path:
     assert np.max(np.abs(off)) <= TOLERANCE + ROUNDED
 
 
-def test_what_it_cuts_into_a_groove_is_told_in_the_program(
+def test_the_gouge_at_a_groove_is_stated_in_the_program(
     rv40e_record: DesignRecord, exact: ExactCurve, tmp_path: Path
 ) -> None:
-    # This control runs every offset arc to its end, beside a groove as well: the wheel cuts into the other flank.
+    # This control runs every offset arc to its end, also at a groove: the wheel gouges the other flank.
     GcodeExporter().write(asked(rv40e_record, wheel_compensation="G41", wheel_radius_mm=3.0), tmp_path)
     program = tmp_path / "grinding.nc"
-    told = re.search(r"MAY CUT IN BY ([\d.]+) MICROMETRE", program.read_text(encoding="ascii"))
-    assert told is not None
+    stated = re.search(r"MAY CUT IN BY ([\d.]+) MICROMETRE", program.read_text(encoding="ascii"))
+    assert stated is not None
     found = interpreted(program, tmp_path)
     off = exact.distance(np.concatenate(arcs_of(found.moves)[1:-1])) - 3.0
     assert np.max(off) <= TOLERANCE + ROUNDED
-    assert -np.min(off) == pytest.approx(1e-3 * float(told[1]), abs=5e-5)
-    assert float(told[1]) > 0.05
+    assert -np.min(off) == pytest.approx(1e-3 * float(stated[1]), abs=5e-5)
+    assert float(stated[1]) > 0.05
 
 
 def test_its_gouge_check_agrees_with_ours(rv40e_record: DesignRecord, tmp_path: Path) -> None:
-    # What we refuse it refuses, too: the program is written for a wheel that fits, then told of one that does not.
+    # LinuxCNC refuses the same wheels: the program is written for a wheel that fits, then given one that does not.
     GcodeExporter().write(asked(rv40e_record, wheel_compensation="G41", wheel_radius_mm=3.0), tmp_path)
     program = tmp_path / "grinding.nc"
     text = program.read_text(encoding="ascii")

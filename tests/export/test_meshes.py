@@ -17,13 +17,12 @@ import numpy as np
 import pytest
 from independent import ExactCurve, area_inside
 
-from cycloid_profile.design.record import DesignRecord
+from cycloid_profile.design import DesignRecord
 from cycloid_profile.errors import ExportError
-from cycloid_profile.export.formats import write_formats
-from cycloid_profile.export.mesh import extruded, open_edges, tooth_chords
-from cycloid_profile.export.printing import MeshExporter, printed
-from cycloid_profile.export.written import WrittenFile
-from cycloid_profile.spec.cad import PrintSpec
+from cycloid_profile.export import write_formats
+from cycloid_profile.export.cad import MeshExporter, extruded, open_edges, printed, tooth_chords
+from cycloid_profile.export.writing import WrittenFile
+from cycloid_profile.spec.model.export import PrintSpec
 
 pytest.importorskip("lib3mf", reason="lib3mf is not installed")
 
@@ -34,7 +33,7 @@ HOLES = math.pi * (16.0**2 + 3 * 13.0**2)
 
 @pytest.fixture(scope="module")
 def exact(rv40e_record: DesignRecord) -> ExactCurve:
-    """The tooth with the printer's offset on top of its own equidistant."""
+    """The tooth with the printer's offset added to its equidistant modification."""
     assert rv40e_record.compensation is not None
     return ExactCurve(equidistant=0.006 + OFFSET, delta_max=rv40e_record.compensation.delta_max)
 
@@ -104,7 +103,7 @@ def test_mesh_is_closed_and_within_its_chords(
         triangles = read_stl(path)
     assert written.entities["triangles"] == len(triangles)
     assert written.entities["open_edges"] == 0
-    # Every edge is met once in each direction: closed, and of one mind about what is outside.
+    # Every edge occurs once in each direction: closed and consistently oriented.
     met = [tuple(map(tuple, pair)) for t in triangles.tolist() for pair in zip(t, t[1:] + t[:1], strict=True)]
     assert len(set(met)) == len(met)
     assert {pair[::-1] for pair in met} == set(met)
@@ -144,9 +143,9 @@ def test_a_hole_in_the_mesh_is_counted(rv40e_record: DesignRecord) -> None:
     mesh = extruded(rv40e_record.outline, 10.0, 0.05)
     assert open_edges(mesh) == 0
     assert open_edges(replace(mesh, triangles=mesh.triangles[1:])) == 3
-    turned = mesh.triangles.copy()
-    turned[7] = turned[7][::-1]
-    assert open_edges(replace(mesh, triangles=turned)) > 0
+    rotated = mesh.triangles.copy()
+    rotated[7] = rotated[7][::-1]
+    assert open_edges(replace(mesh, triangles=rotated)) > 0
     # The teeth are found again whatever the openings.
     assert np.min(np.abs(tooth_chords(mesh))) > 59.0
 
@@ -156,7 +155,7 @@ def test_an_offset_that_undercuts_is_refused(rv40e_record: DesignRecord) -> None
         printed(rv40e_record.outline, 2.0)
 
 
-def test_a_missing_library_is_told_in_one_sentence(
+def test_a_missing_library_is_reported_in_one_sentence(
     rv40e_record: DesignRecord, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "lib3mf", None)

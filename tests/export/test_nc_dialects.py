@@ -18,12 +18,9 @@ import pytest
 from dialects import Step, along, run, seconds
 from independent import ExactCurve
 
-from cycloid_profile.design.record import DesignRecord
+from cycloid_profile.design import DesignRecord
 from cycloid_profile.errors import ExportError
-from cycloid_profile.export.gcode import GcodeExporter
-from cycloid_profile.export.gcode_path import PATH_COLUMNS, GcodePathExporter
-from cycloid_profile.export.polar_program import PolarExporter
-from cycloid_profile.export.wire import WireExporter
+from cycloid_profile.export.nc import GcodeExporter, GcodePathExporter, PolarExporter, WireExporter
 
 DIALECTS = ("linuxcnc", "fanuc", "siemens", "heidenhain")
 COARSE, FINE = 1.0, 0.05  # µm
@@ -72,8 +69,8 @@ def test_contour_follows_the_tooth_on_every_control(
     assert np.max(off(exact, z, 7)) <= 1e-3 * tolerance_um + ROUNDED
     assert written.deviation is not None
     assert written.deviation.largest <= 1e-3 * tolerance_um + ROUNDED
-    turned = np.unwrap(np.angle(z))
-    assert turned[-1] - turned[0] == pytest.approx(-2.0 * math.pi, abs=1e-2)
+    rotated = np.unwrap(np.angle(z))
+    assert rotated[-1] - rotated[0] == pytest.approx(-2.0 * math.pi, abs=1e-2)
     assert contour[0].start == contour[-1].end
     assert {step.side for step in steps} == {""}
     assert {step.feed for step in steps[1:]} == {200.0}
@@ -106,7 +103,7 @@ def test_compensated_contour_keeps_the_wheel_outside(
     contour = contour_of(steps)
     z = np.concatenate([along(step, SHARES) for step in contour])
     assert np.sign(np.unwrap(np.angle(z))[-1] - np.angle(z[0])) == turn
-    # The disc is on the other side than the wheel, all the way; in the leads the wheel is outside the tips.
+    # The disc is opposite the wheel along the whole path; in the leads the wheel is outside the tips.
     tip = np.max(np.abs(z))
     for step in (steps[1], steps[2], *contour[::50], steps[-2]):
         here, ahead = along(step, np.array([0.5, 0.501]))
@@ -132,8 +129,11 @@ def test_contour_table_holds_arcs_normals_and_curvature(
 ) -> None:
     GcodePathExporter().write(rv40e_record, tmp_path)
     head, *rows = (tmp_path / "grinding_path.csv").read_text(encoding="ascii").splitlines()
-    assert tuple(head.split(",")) == PATH_COLUMNS
-    t = dict(zip(PATH_COLUMNS, np.array([row.split(",") for row in rows], float).T, strict=True))
+    assert head == (
+        "segment,x0_mm,y0_mm,x1_mm,y1_mm,turn,centre_x_mm,centre_y_mm,radius_mm,"
+        "nx0,ny0,nx1,ny1,curvature_per_mm,length_mm,feed_mm_per_min"
+    )
+    t = dict(zip(head.split(","), np.array([row.split(",") for row in rows], float).T, strict=True))
     start, end = t["x0_mm"] + 1j * t["y0_mm"], t["x1_mm"] + 1j * t["y1_mm"]
     assert np.max(np.abs(start[1:] - end[:-1])) == 0.0
     centre = t["centre_x_mm"] + 1j * t["centre_y_mm"]
@@ -172,10 +172,10 @@ def test_polar_program_is_tangent_and_closes(
         at_x = x + share * np.array([step.end.real - step.start.real for step in last])
         wheel = off(exact, at_x * np.exp(-1j * at_c), 17)
         assert np.max(np.abs(wheel - 2.5)) <= 1e-3 * tolerance_um + 6e-6
-    # Infeeds of 5 µm from 15 µm away; the last three turns go the same way.
+    # Infeeds of 5 µm from 15 µm away; the last three turns are identical.
     starts = [turning[k * count].start.real - last[0].start.real for k in range(turns)]
     assert starts == pytest.approx([0.015, 0.010, 0.005, 0.0, 0.0, 0.0], abs=1e-9)
-    # At 200 mm/min along the flank no limit binds: a step takes as long as its way along the tooth.
+    # At 200 mm/min along the flank no limit binds: the time of a step is proportional to its length along the tooth.
     time = np.array([seconds(step, dialect) for step in last])
     table = np.loadtxt(tmp_path / "grinding_polar_path.csv", delimiter=",", skiprows=1)
     flank = table[:, 4] + 1j * table[:, 5]
@@ -210,11 +210,11 @@ def test_wire_goes_round_everything_one_offset_away(
     # From the start hole outside, to the teeth, round them, and away.
     assert abs(teeth[0].end) == pytest.approx(np.max(np.hypot(*exact.points.T)) + 3.0, abs=1e-3)
     z = np.concatenate([along(step, SHARES) for step in teeth[2:-1]])
-    beside, angle = off(exact, z, 5), np.angle(z[::5])
-    # Nothing is nearer to the tooth than the finishing cut, and each cut goes all the way round.
-    assert np.min(beside) >= 0.14 - within
+    distance, angle = off(exact, z, 5), np.angle(z[::5])
+    # Nothing is nearer to the tooth than the finishing cut, and each cut covers the whole disc.
+    assert np.min(distance) >= 0.14 - within
     for offset in (0.14, 0.15, 0.18):
-        there = np.sort(angle[np.abs(beside - offset) <= within])
+        there = np.sort(angle[np.abs(distance - offset) <= within])
         assert np.max(np.diff(np.append(there, there[0] + 2.0 * np.pi))) < 0.04
 
 

@@ -13,23 +13,26 @@ import numpy as np
 import pytest
 from dialects import along, run
 
-from cycloid_profile.design.record import DesignRecord
-from cycloid_profile.export.disc_path import DiscPath
-from cycloid_profile.export.dmis import DmisExporter
-from cycloid_profile.export.formats import kept_promise
-from cycloid_profile.export.gcode import GcodeExporter
-from cycloid_profile.export.gcode_path import GcodePathExporter
-from cycloid_profile.export.polar_program import PolarExporter
-from cycloid_profile.export.vdafs import VdaExporter
-from cycloid_profile.export.wire import WireExporter
-from cycloid_profile.geometry.contour import Contour, Line, circle
-from cycloid_profile.geometry.drive import CentralEccentric, Drive
-from cycloid_profile.geometry.openings import keyed_bore, ring_of_windows
-from cycloid_profile.geometry.outline import DiscOutline
-from cycloid_profile.geometry.profile import ToothProfile, undercut_limit
-from cycloid_profile.geometry.trochoid import Trochoid
-from cycloid_profile.modification.deviation import MeasuredDeviation, NormalDeviation
-from cycloid_profile.modification.setup import DeformationCompensation, modify
+from cycloid_profile.design import DesignRecord
+from cycloid_profile.export import check_deviation
+from cycloid_profile.export.curves import SpecifiedProfile
+from cycloid_profile.export.inspection import DmisExporter
+from cycloid_profile.export.nc import GcodeExporter, GcodePathExporter, PolarExporter, WireExporter
+from cycloid_profile.export.points import VdaExporter
+from cycloid_profile.geometry import (
+    CentralEccentric,
+    Contour,
+    DiscOutline,
+    Drive,
+    Line,
+    ToothProfile,
+    Trochoid,
+    circular_contour,
+    keyed_bore,
+    ring_of_windows,
+    undercut_limit,
+)
+from cycloid_profile.modification import DeformationCompensation, MeasuredDeviation, NormalDeviation, modify
 
 
 def record_with(
@@ -58,10 +61,10 @@ def test_every_program_keeps_its_promise(
     profile = ToothProfile(trochoid, 0.6 * min(undercut_limit(trochoid), ring * math.sin(math.pi / pins)))
     if delta:
         profile = modify(profile, DeformationCompensation(delta))
-    record = record_with(rv40e_record, profile, (circle("bore", 0j, 5.0),), wheel_compensation="G41")
+    record = record_with(rv40e_record, profile, (circular_contour("bore", 0j, 5.0),), wheel_compensation="G41")
     for exporter in (GcodeExporter(), PolarExporter(), WireExporter()):
         for file in exporter.write(record, tmp_path):
-            assert kept_promise(file).deviation is not None
+            assert check_deviation(file).deviation is not None
 
 
 def test_wire_cuts_windows_and_keyways(rv40e_record: DesignRecord, tmp_path: Path) -> None:
@@ -77,13 +80,13 @@ def test_wire_cuts_windows_and_keyways(rv40e_record: DesignRecord, tmp_path: Pat
     for contour, first, last in zip(openings, begins[:-1], begins[1:], strict=True):
         edge = contour.points(1e-5)
         corners = np.append(edge, edge[0])
-        # All of the wire's way, lead-in included, is inside, and never nearer than radius and gap.
+        # All of the wire's path, lead-in included, is inside, and never nearer than radius and gap.
         z = np.concatenate([along(step, np.linspace(0.0, 1.0, 9)) for step in steps[first + 1 : last]])
         winding = np.sum(np.angle((corners[1:] - z[:, np.newaxis]) / (corners[:-1] - z[:, np.newaxis])), axis=1)
         assert np.allclose(winding, 2.0 * math.pi, atol=1e-6)
-        way = corners[1:] - corners[:-1]
-        share = np.clip(((z[:, np.newaxis] - corners[:-1]) * np.conj(way)).real / np.abs(way) ** 2, 0.0, 1.0)
-        away = np.min(np.abs(z[:, np.newaxis] - corners[:-1] - share * way), axis=1)
+        side = corners[1:] - corners[:-1]
+        share = np.clip(((z[:, np.newaxis] - corners[:-1]) * np.conj(side)).real / np.abs(side) ** 2, 0.0, 1.0)
+        away = np.min(np.abs(z[:, np.newaxis] - corners[:-1] - share * side), axis=1)
         assert np.min(away) == pytest.approx(0.14, abs=1e-4)
 
 
@@ -109,10 +112,10 @@ def test_lobes_that_differ_go_into_every_program(rv40e_record: DesignRecord, tmp
     runout = NormalDeviation(psi, 0.01 * np.cos(psi / trochoid.lobes), trochoid.lobes)
     tooth = modify(ToothProfile(trochoid, 10.0), MeasuredDeviation(runout))
     record = record_with(rv40e_record, tooth, ())
-    path = DiscPath(record.spec, record.drive, tooth)
+    path = SpecifiedProfile(record.spec, record.drive, tooth)
     for exporter in (GcodeExporter(), PolarExporter(), VdaExporter()):
         for file in exporter.write(path, tmp_path):
-            kept_promise(file)
+            check_deviation(file)
     for name in ("grinding.nc", "grinding_polar.nc"):
         assert "LOBES DIFFER" in (tmp_path / name).read_text(encoding="ascii")
 
@@ -122,7 +125,7 @@ def test_decimals_are_those_the_control_reads(rv40e_record: DesignRecord, tmp_pa
     record = record_with(rv40e_record, rv40e_record.profile, (), nc_decimals=decimals, wheel_radius_mm=2.5)
     for exporter in (GcodeExporter(), PolarExporter(), WireExporter()):
         file = exporter.write(record, tmp_path)[0]
-        kept_promise(file)
+        check_deviation(file)
         assert file.tolerance is not None
         assert file.tolerance <= 1e-3 + 1.5 * 10.0**-decimals
     steps = run((tmp_path / "grinding_polar.nc").read_text(encoding="ascii"), "linuxcnc")
@@ -136,7 +139,9 @@ def test_decimals_are_those_the_control_reads(rv40e_record: DesignRecord, tmp_pa
 @pytest.mark.slow
 def test_equal_input_gives_equal_bytes(rv40e_record: DesignRecord, tmp_path: Path) -> None:
     # A feed that the axes cannot follow everywhere, so that the linear program is solved as well.
-    record = record_with(rv40e_record, rv40e_record.profile, (circle("bore", 0j, 5.0),), feed_mm_per_min=6000.0)
+    record = record_with(
+        rv40e_record, rv40e_record.profile, (circular_contour("bore", 0j, 5.0),), feed_mm_per_min=6000.0
+    )
     names = []
     for folder in (tmp_path / "a", tmp_path / "b"):
         folder.mkdir()

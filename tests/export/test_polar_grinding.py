@@ -10,13 +10,23 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 from cycloid_profile.errors import ExportError
-from cycloid_profile.export.polar import polar_path
-from cycloid_profile.export.polar_feed import AxisLimits, feed_profile
-from cycloid_profile.export.wheel import groove_left, least_concave_radius, wheel_radius
-from cycloid_profile.geometry.profile import ToothProfile, undercut_limit
-from cycloid_profile.geometry.trochoid import Trochoid
-from cycloid_profile.modification.deviation import MeasuredDeviation, NormalDeviation
-from cycloid_profile.modification.setup import DeformationCompensation, Equidistant, FlankRotation, modify
+from cycloid_profile.export.nc import (
+    AxisLimits,
+    feed_profile,
+    groove_stock,
+    least_concave_radius,
+    polar_path,
+    wheel_radius,
+)
+from cycloid_profile.geometry import ToothProfile, Trochoid, undercut_limit
+from cycloid_profile.modification import (
+    DeformationCompensation,
+    Equidistant,
+    FlankRotation,
+    MeasuredDeviation,
+    NormalDeviation,
+    modify,
+)
 
 THEORY = ToothProfile(Trochoid(40, 64.0, 1.3), 3.0)
 TOLERANCE = 1e-3
@@ -47,8 +57,8 @@ def distance_all_round(tooth: ToothProfile, places: np.ndarray, radius: float) -
     points = tooth.at(psi)
     row = points.position
     half_step = 0.51 * float(np.max(np.abs(np.diff(row))))
-    bend = 1.0 / radius + float(np.max(np.abs(points.curvature)))
-    return np.array([np.min(np.abs(row - place)) for place in places]), 0.5 * half_step**2 * bend
+    curvature = 1.0 / radius + float(np.max(np.abs(points.curvature)))
+    return np.array([np.min(np.abs(row - place)) for place in places]), 0.5 * half_step**2 * curvature
 
 
 @settings(max_examples=10, phases=[Phase.generate])
@@ -61,7 +71,7 @@ def test_wheel_touches_everywhere_and_gouges_nowhere(tooth: ToothProfile, share:
     assert np.all(np.diff(path.c) > 0.0)
     assert path.c[-1] - path.c[0] == pytest.approx(2.0 * math.pi, abs=1e-12)
     assert path.x[-1] == pytest.approx(path.x[0], abs=1e-9)
-    # Begun at a tip: no place is further out, but for the wheel rolling about a ridge there.
+    # Started at a tip: no node is further out, except while the wheel rolls about a ridge there.
     assert path.x[0] >= np.max(path.x) - 1e-3
     # At the steps the wheel touches and does not overlap, between them it strays by the tolerance: measured against
     # the whole tooth, neighbouring lobes included, by a search that knows nothing of the path.
@@ -77,12 +87,12 @@ def test_wheel_touches_everywhere_and_gouges_nowhere(tooth: ToothProfile, share:
 
 @settings(max_examples=6)
 @given(amount=st.floats(0.0, 0.004), share=st.floats(0.3, 0.97))
-def test_what_is_left_in_a_groove_follows_from_its_angle(amount: float, share: float) -> None:
+def test_the_stock_in_a_groove_follows_from_its_angle(amount: float, share: float) -> None:
     # Flanks that meet at the angle 2α leave α²/(2(1/R − κ)) below a wheel that touches both.
     tooth = modify(THEORY, DeformationCompensation(amount)) if amount else THEORY
     radius = share * least_concave_radius(tooth)
     path = polar_path(tooth, radius, TOLERANCE)
-    left = groove_left(tooth, path.centre, radius)
+    left = groove_stock(tooth, path.centre, radius)
     if not amount:
         assert left == 0.0
         return
@@ -100,12 +110,12 @@ def test_what_is_left_in_a_groove_follows_from_its_angle(amount: float, share: f
 def test_a_ridge_is_rolled_about() -> None:
     tooth = modify(THEORY, FlankRotation(2e-4))
     path = polar_path(tooth, 2.0, 5e-5)
-    # The wheel turns about the corner: its contact stands still while the normal turns.
+    # The wheel rolls about the corner: its contact is fixed while the normal rotates.
     still = np.flatnonzero(np.abs(np.diff(path.contact)) < 1e-12)
-    turned = np.angle(path.normal[still] / path.normal[still + 1])
+    rotated = np.angle(path.normal[still] / path.normal[still + 1])
     corner = tooth.at(np.array([0.0, 0.0]), np.array([-1.0, 1.0])).first
-    assert np.sum(turned) > 39 * abs(np.angle(corner[0] / corner[1]))
-    assert np.all(turned > 0.0)
+    assert np.sum(rotated) > 39 * abs(np.angle(corner[0] / corner[1]))
+    assert np.all(rotated > 0.0)
 
 
 @pytest.mark.parametrize("radius", [3.0715, 3.2])
@@ -145,7 +155,7 @@ def test_without_limits_the_contact_speed_is_constant(tooth: ToothProfile, speed
     path = polar_path(tooth, wheel_radius(tooth, None), TOLERANCE)
     feed = feed_profile(path, speed, FREE, tooth.trochoid.lobes)
     assert feed.speed == pytest.approx(speed, rel=1e-12)
-    assert np.sum(feed.time) == pytest.approx(path.way[-1] / speed, rel=1e-9)
+    assert np.sum(feed.time) == pytest.approx(path.arc_length[-1] / speed, rel=1e-9)
 
 
 @given(
@@ -157,22 +167,22 @@ def test_without_limits_the_contact_speed_is_constant(tooth: ToothProfile, speed
 def test_feed_is_as_fast_as_the_limits_allow(tooth: ToothProfile, speed: float, tightness: tuple[float, ...]) -> None:
     path = polar_path(tooth, wheel_radius(tooth, None), TOLERANCE)
     # Limits as shares of what the full speed would need.
-    rates, bends = (path.c_rate, path.x_rate), (path.c_bend, path.x_bend)
-    need = [np.max(np.abs(v)) * speed for v in rates] + [np.max(np.abs(v)) * speed**2 for v in bends]
+    rates, seconds = (path.c_rate, path.x_rate), (path.c_second, path.x_second)
+    need = [np.max(np.abs(v)) * speed for v in rates] + [np.max(np.abs(v)) * speed**2 for v in seconds]
     limits = AxisLimits(tightness[0] * need[0], tightness[1] * need[2], tightness[2] * need[1], tightness[3] * need[3])
     lobes = tooth.trochoid.lobes
     feed = feed_profile(path, speed, limits, lobes)
     steps = (path.c.size - 1) // lobes
     v2 = feed.speed[: steps + 1] ** 2
-    pull = 0.5 * np.diff(v2) / np.diff(path.way[: steps + 1])
+    pull = 0.5 * np.diff(v2) / np.diff(path.arc_length[: steps + 1])
     used = [np.full(steps, 0.0)]
-    for rate, bend, fastest, largest in (
-        (path.c_rate[:steps], path.c_bend[:steps], limits.c_speed, limits.c_acceleration),
-        (path.x_rate[:steps], path.x_bend[:steps], limits.x_speed, limits.x_acceleration),
+    for rate, curvature, fastest, largest in (
+        (path.c_rate[:steps], path.c_second[:steps], limits.c_speed, limits.c_acceleration),
+        (path.x_rate[:steps], path.x_second[:steps], limits.x_speed, limits.x_acceleration),
     ):
         for end, at in ((0, v2[:-1]), (1, v2[1:])):
             used.append(np.abs(rate[:, end]) * np.sqrt(at) / fastest)
-            used.append(np.abs(bend[:, end] * at + rate[:, end] * pull) / largest)
+            used.append(np.abs(curvature[:, end] * at + rate[:, end] * pull) / largest)
     share = np.max(used, axis=0)
     assert np.max(share) <= 1.0 + 1e-6
     # Wherever the contact is slower than asked for, an axis is at its limit in the step before or after.

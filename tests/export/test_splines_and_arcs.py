@@ -10,12 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cycloid_profile.errors import ExportError
-from cycloid_profile.export.biarc import disc_arcs, lobe_arcs
-from cycloid_profile.export.deviation import deviation, distances
-from cycloid_profile.export.spline import disc_splines, joined, lobe_splines
-from cycloid_profile.geometry.profile import ToothProfile, undercut_limit
-from cycloid_profile.geometry.trochoid import Trochoid
-from cycloid_profile.modification.setup import DeformationCompensation, Equidistant, modify
+from cycloid_profile.export.curves import deviation, disc_arcs, disc_splines, distances, joined, lobe_arcs, lobe_splines
+from cycloid_profile.geometry import ToothProfile, Trochoid, undercut_limit
+from cycloid_profile.modification import DeformationCompensation, Equidistant, modify
 
 THEORY = ToothProfile(Trochoid(40, 64.0, 1.3), 3.0)
 COMPENSATED = modify(THEORY, Equidistant(0.006), DeformationCompensation(0.002))
@@ -67,7 +64,7 @@ def test_arc_error_falls_with_the_third_order() -> None:
     tolerances = np.array([1e-5, 1e-6, 1e-7, 1e-8])  # coarser ones gain on the order, as the nodes move
     chains = [lobe_arcs(THEORY, tolerance) for tolerance in tolerances]
     errors = [float(np.max(np.abs(distances(THEORY, chain.points())))) for chain in chains]
-    slope = -np.polyfit(np.log([chain.bend.size for chain in chains]), np.log(errors), 1)[0]
+    slope = -np.polyfit(np.log([chain.curvature.size for chain in chains]), np.log(errors), 1)[0]
     assert slope == pytest.approx(3.0, abs=0.3)
 
 

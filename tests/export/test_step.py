@@ -20,17 +20,16 @@ import numpy as np
 import pytest
 from independent import ExactCurve, area_inside, read_step_splines, sample_spline
 
-from cycloid_profile.design.record import DesignRecord
-from cycloid_profile.export.step import StepExporter
-from cycloid_profile.export.written import WrittenFile
-from cycloid_profile.geometry.contour import circle
-from cycloid_profile.geometry.openings import keyed_bore, ring_of_holes, ring_of_windows
-from cycloid_profile.spec.cad import StepSpec
+from cycloid_profile.design import DesignRecord
+from cycloid_profile.export.cad import StepExporter
+from cycloid_profile.export.writing import WrittenFile
+from cycloid_profile.geometry import circular_contour, keyed_bore, ring_of_holes, ring_of_windows
+from cycloid_profile.spec.model.export import StepSpec
 
 pytest.importorskip("OCP", reason="the CAD kernel is not installed")
 
 TOLERANCE = 5e-5
-CHORDS = 3e-9  # of the polyline that stands for the exact curve
+CHORDS = 3e-9  # chord error of the polyline in place of the exact curve
 
 
 @pytest.fixture(scope="module")
@@ -70,7 +69,7 @@ def test_tooth_is_within_tolerance_by_its_text(exact: ExactCurve, disc: tuple[Pa
     assert len({tuple(c[0]) for _, _, c in splines}) == 78
     assert written.entities == {"solids": 1, "faces": 78 + 4 + 2, "tooth_edges": 78, "holes": 4}
     assert path.stat().st_size <= 1_000_000
-    # What the writer states of itself is what is found here, one way and the other.
+    # The deviation stated by the writer agrees with this measurement in both directions.
     assert written.deviation is not None
     assert written.deviation.largest == pytest.approx(np.max(off), rel=0.1)
     assert written.deviation.from_curve == pytest.approx(np.max(off), rel=0.1)
@@ -80,7 +79,7 @@ def test_solid_encloses_the_area_of_the_tooth(exact: ExactCurve, disc: tuple[Pat
     from OCP.BRepGProp import BRepGProp
     from OCP.GProp import GProp_GProps
 
-    from cycloid_profile.export.step_read import read_shape
+    from cycloid_profile.export.cad._opencascade import read_shape
 
     teeth = area_inside(exact.at(np.linspace(0.0, 2.0 * math.pi * 39, 39 * 20_000, endpoint=False)))
     # A boundary off by 0.05 µm all round would change the area by 0.02 mm², 2e-6 of it.
@@ -123,9 +122,8 @@ def test_windows_and_keyways_are_cut_out_exactly(tmp_path: Path) -> None:
     from OCP.BRepGProp import BRepGProp
     from OCP.GProp import GProp_GProps
 
-    from cycloid_profile.export.solids import plate
-    from cycloid_profile.export.step_file import Part, Substance, write_part
-    from cycloid_profile.export.step_read import read_shape, sound_solids, top_edges
+    from cycloid_profile.export.cad import CadMaterial, Part
+    from cycloid_profile.export.cad._opencascade import plate, read_shape, sound_solids, top_edges, write_part
 
     openings = (
         keyed_bore("bore", 16.0, 2, 6.0, 2.8, 0.3, 0.5 * math.pi),
@@ -133,9 +131,9 @@ def test_windows_and_keyways_are_cut_out_exactly(tmp_path: Path) -> None:
         *ring_of_holes("crank hole", 3, 36.0, 13.0),
     )
     # A round plate, whose volume the kernel integrates exactly, unlike that of spline flanks.
-    solid = plate(circle("edge", 0j, 55.0), openings, -2.0, 9.5)
+    solid = plate(circular_contour("edge", 0j, 55.0), openings, -2.0, 9.5)
     path = tmp_path / "plate.step"
-    write_part(Part("plate", solid, (0.5, 0.5, 0.5), Substance("steel", "")), path, "AP214")
+    write_part(Part("plate", solid, (0.5, 0.5, 0.5), CadMaterial("steel", "")), path, "AP214")
     (back,) = sound_solids(read_shape(path), path, 1)
     found = GProp_GProps()
     BRepGProp.VolumeProperties_s(back, found)
@@ -156,7 +154,7 @@ def test_steputils_counts_units_names_and_materials(disc: tuple[Path, WrittenFil
     named: dict[str, list[Any]] = {}
     for one in simple:
         named.setdefault(one.entity.name, []).append(one.entity.params)
-    # Every flank edge twice, bottom and top, and once more as what its face is swept along.
+    # Every flank edge twice, bottom and top, and once more as the generator of its face.
     assert len(named["B_SPLINE_CURVE_WITH_KNOTS"]) == 3 * 78
     assert len(named["SURFACE_OF_LINEAR_EXTRUSION"]) == 78
     assert len(named["CYLINDRICAL_SURFACE"]) == 4

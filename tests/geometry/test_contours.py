@@ -13,10 +13,17 @@ from shapely import Polygon
 
 from cycloid_profile.design.from_spec import disc_outline, drive_of, thinnest_wall
 from cycloid_profile.errors import CycloidError, GeometryError
-from cycloid_profile.geometry.contour import Arc, Contour, Line, circle
-from cycloid_profile.geometry.openings import keyed_bore, ring_of_windows
-from cycloid_profile.geometry.outline import DiscOutline, least_web
-from cycloid_profile.spec.read import parse_spec
+from cycloid_profile.geometry import (
+    Arc,
+    Contour,
+    DiscOutline,
+    Line,
+    circular_contour,
+    keyed_bore,
+    least_web,
+    ring_of_windows,
+)
+from cycloid_profile.spec import parse_spec
 
 RV40E = (Path(__file__).parents[2] / "examples" / "rv40e.toml").read_text(encoding="utf-8")
 
@@ -29,9 +36,9 @@ def polygon(contour: Contour, chord_error: float = 1e-5) -> Polygon:
 def directions(segment: Line | Arc) -> tuple[complex, complex]:
     """Unit tangents at start and end."""
     if isinstance(segment, Line):
-        way = (segment.end - segment.start) / abs(segment.end - segment.start)
-        return way, way
-    sign = math.copysign(1.0, segment.turn)
+        tangent = (segment.end - segment.start) / abs(segment.end - segment.start)
+        return tangent, tangent
+    sign = math.copysign(1.0, segment.sweep)
     spokes = ((end - segment.centre) / segment.radius for end in (segment.start, segment.end))
     first, last = (sign * 1j * spoke for spoke in spokes)
     return first, last
@@ -95,7 +102,7 @@ def test_keyways_have_their_width_depth_and_area(
     bore = keyed_bore("bore", radius, count, width, depth, rounding, first_at)
     half = 0.5 * width
     shoulder = math.sqrt(radius**2 - half**2)
-    # Beyond the circle: a rectangle less the circle's cap inside it, less what the corners leave.
+    # Beyond the circle: a rectangle less the circle's cap inside it, less the area outside the corners.
     cap = radius**2 * math.asin(half / radius) - half * shoulder
     each = width * (radius + depth - shoulder) - cap - (2.0 - 0.5 * math.pi) * rounding**2
     assert bore.area == pytest.approx(math.pi * radius**2 + count * each, rel=1e-12)
@@ -153,7 +160,7 @@ def test_openings_of_a_spec_in_their_order() -> None:
         "bore", "crank hole 1", "crank hole 2", "crank hole 3", "window 1", "window 2", "window 3",
     ]  # fmt: skip
     assert [hole.name for hole in outline.holes] == ["crank hole 1", "crank hole 2", "crank hole 3"]
-    # Windows stand midway between crank holes.
+    # Windows lie midway between crank holes.
     centre = polygon(outline.contours[4]).centroid
     assert math.degrees(math.atan2(centre.y, centre.x)) == pytest.approx(60.0, abs=1e-6)
     wall, place = thinnest_wall(outline)
@@ -163,9 +170,9 @@ def test_openings_of_a_spec_in_their_order() -> None:
 
 
 @pytest.mark.parametrize(("inner", "wall"), [(26.0, 10.0), (14.0, -2.0)])
-def test_walls_beside_windows_are_measured(theoretical, inner: float, wall: float) -> None:
+def test_walls_next_to_windows_are_measured(theoretical, inner: float, wall: float) -> None:
     windows = ring_of_windows("window", 2, (inner, 45.0), 1.0, 3.0, 0.5)
-    found, place = least_web(DiscOutline(theoretical, (circle("bore", 0j, 16.0), *windows)))
+    found, place = least_web(DiscOutline(theoretical, (circular_contour("bore", 0j, 16.0), *windows)))
     assert found == pytest.approx(wall, abs=2e-3)
     assert place == "bore and window 1"
 

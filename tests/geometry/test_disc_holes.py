@@ -1,4 +1,4 @@
-"""The disc with its holes: where the least wall is, and that cuts are told as negative."""
+"""The disc with its holes: location of the least wall, negative for intersections."""
 
 from __future__ import annotations
 
@@ -8,9 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cycloid_profile.geometry.contour import circle
-from cycloid_profile.geometry.openings import ring_of_holes
-from cycloid_profile.geometry.outline import DiscOutline, least_web
+from cycloid_profile.geometry import DiscOutline, circular_contour, least_web, ring_of_holes
 
 
 def test_radii_of_the_outline_are_root_and_tip(theoretical):
@@ -34,7 +32,7 @@ def test_ring_of_holes_is_even_and_starts_on_the_x_axis(theoretical, count, circ
 
 def test_wall_to_the_teeth_is_measured_at_the_nearest_root(theoretical):
     # Phase 0 of the tooth curve, a root, lies on the x axis.
-    hole = circle("bore", 50.0 + 0j, 5.0)
+    hole = circular_contour("bore", 50.0 + 0j, 5.0)
     wall, place = least_web(DiscOutline(theoretical, (hole,)))
     assert wall == pytest.approx(59.7 - 50.0 - 5.0, abs=3e-3)
     assert place == "bore and teeth"
@@ -50,9 +48,9 @@ def test_wall_between_holes_names_both(theoretical):
 @pytest.mark.parametrize(
     ("holes", "wall"),
     [
-        ((circle("a", 10.0 + 0j, 6.0), circle("b", 20.0 + 0j, 6.0)), -2.0),
-        ((circle("a", 58.0 + 0j, 5.0),), -3.3),
-        ((circle("a", 90.0 + 0j, 5.0),), -5.0),
+        ((circular_contour("a", 10.0 + 0j, 6.0), circular_contour("b", 20.0 + 0j, 6.0)), -2.0),
+        ((circular_contour("a", 58.0 + 0j, 5.0),), -3.3),
+        ((circular_contour("a", 90.0 + 0j, 5.0),), -5.0),
     ],
     ids=["into each other", "through the teeth", "outside the disc"],
 )

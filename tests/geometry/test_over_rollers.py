@@ -10,11 +10,8 @@ from scipy.optimize import brentq
 from shapely import Point, Polygon
 
 from cycloid_profile.errors import GeometryError
-from cycloid_profile.geometry.curvature import least_radii
-from cycloid_profile.geometry.over_rollers import over_rollers
-from cycloid_profile.geometry.profile import ToothProfile
-from cycloid_profile.geometry.trochoid import Trochoid
-from cycloid_profile.modification.setup import DeformationCompensation, Equidistant, modify
+from cycloid_profile.geometry import ToothProfile, Trochoid, least_radii, over_rollers
+from cycloid_profile.modification import DeformationCompensation, Equidistant, modify
 
 
 def tooth(pins: int, r_p: float, r_rp: float, a: float) -> Polygon:
@@ -56,7 +53,7 @@ def test_removal_shows_over_the_rollers() -> None:
     assert on_root[1] - on_root[0] == pytest.approx(-2.0 * 0.006 * share, abs=1e-12)
     # Material added to the flanks lifts a roller that rests on them, and leaves the bottom of the root alone.
     assert over_rollers(ground, 4.0).size > over_rollers(modify(theory, Equidistant(0.006)), 4.0).size
-    # A small one stands in the corner of the compensation: slopes of ±α lift it by α²/2 over the difference of bending.
+    # A small roller touches at the corner of the compensation: slopes ±α lift it by α²/2 over the curvature difference.
     alpha = 0.5 * least_radii(ground).largest_corner
     concave = float(modify(theory, Equidistant(0.006)).at(0.0).curvature)
     lift = share * alpha**2 / (1.0 / 2.5 - concave)

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from cycloid_profile.geometry.cloud import point_cloud
-from cycloid_profile.modification.setup import DeformationCompensation, Equidistant, modify
+from cycloid_profile.geometry import point_cloud
+from cycloid_profile.modification import DeformationCompensation, Equidistant, modify
 
 FLANKS = (Equidistant(0.006), DeformationCompensation(0.0019))
 

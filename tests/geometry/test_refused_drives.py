@@ -1,4 +1,4 @@
-"""What cannot exist is refused, with value, limit and remedy to act on."""
+"""Impossible drives are refused with value, limit and remedy."""
 
 from __future__ import annotations
 
@@ -9,9 +9,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cycloid_profile.errors import CycloidError, GeometryError
-from cycloid_profile.geometry.drive import CentralEccentric, Cranks, Drive, InvoluteStage
-from cycloid_profile.geometry.profile import ToothProfile, undercut_limit
-from cycloid_profile.geometry.trochoid import Trochoid
+from cycloid_profile.geometry import (
+    CentralEccentric,
+    Cranks,
+    Drive,
+    InvoluteStage,
+    ToothProfile,
+    Trochoid,
+    undercut_limit,
+)
 
 
 def drive(pins=40, r_p=64.0, a=1.3, r_rp=3.0, width=11.5, discs=2):
@@ -20,18 +26,18 @@ def drive(pins=40, r_p=64.0, a=1.3, r_rp=3.0, width=11.5, discs=2):
 
 REFUSED = [
     ({"pins": 2}, "pins", "below 3"),
-    ({"r_p": 0.0}, "pin_circle_radius", "not a positive length"),
-    ({"r_p": math.inf}, "pin_circle_radius", "not a positive length"),
-    ({"a": -1.3}, "eccentricity", "not a positive length"),
-    ({"a": math.nan}, "eccentricity", "not a positive length"),
+    ({"r_p": 0.0}, "pin_circle_radius", "is not positive"),
+    ({"r_p": math.inf}, "pin_circle_radius", "is not positive"),
+    ({"a": -1.3}, "eccentricity", "is not positive"),
+    ({"a": math.nan}, "eccentricity", "is not positive"),
     ({"a": 1.6}, "short-width ratio", "outside (0, 1)"),
     ({"a": 1.7}, "short-width ratio", "outside (0, 1)"),
-    ({"r_rp": 0.0}, "pin_radius", "not a positive length"),
-    ({"r_rp": math.nan}, "pin_radius", "not a positive length"),
+    ({"r_rp": 0.0}, "pin_radius", "is not positive"),
+    ({"r_rp": math.nan}, "pin_radius", "is not positive"),
     ({"r_rp": 4.62}, "pin_radius", "undercut limit 4.6117 mm"),
     ({"a": 0.5, "r_rp": 5.03}, "pin_radius", "overlap, the limit is 5.0214 mm"),
-    ({"width": 0.0}, "disc_width", "not a positive length"),
-    ({"width": math.inf}, "disc_width", "not a positive length"),
+    ({"width": 0.0}, "disc_width", "is not positive"),
+    ({"width": math.inf}, "disc_width", "is not positive"),
     ({"discs": 0}, "discs", "below 1"),
 ]
 
@@ -61,8 +67,8 @@ def test_any_drive_is_built_or_refused_with_a_limit(pins, K1, share, r_p):
     trochoid = Trochoid(pins, r_p, K1 * r_p / pins)
     limit = min(undercut_limit(trochoid), r_p * math.sin(math.pi / pins))
     if share < 1.0:
-        built = Drive(trochoid, share * limit, 10.0, 1, CentralEccentric(1e5))
-        assert built.theoretical_profile.pin_radius == share * limit
+        reducer = Drive(trochoid, share * limit, 10.0, 1, CentralEccentric(1e5))
+        assert reducer.theoretical_profile.pin_radius == share * limit
     else:
         with pytest.raises(GeometryError) as caught:
             Drive(trochoid, share * limit, 10.0, 1, CentralEccentric(1e5))

@@ -13,8 +13,7 @@ import math
 import numpy as np
 import pytest
 
-from cycloid_profile.geometry.curvature import inflection_phase, least_radii
-from cycloid_profile.geometry.profile import undercut_limit
+from cycloid_profile.geometry import inflection_phase, least_radii, undercut_limit
 
 
 def test_short_width_ratio(rv40e):

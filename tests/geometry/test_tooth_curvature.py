@@ -9,19 +9,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cycloid_profile.geometry.curvature import inflection_phase, least_radii
-from cycloid_profile.geometry.profile import ToothProfile, undercut_limit
-from cycloid_profile.geometry.trochoid import Trochoid
-from cycloid_profile.modification.setup import DeformationCompensation, FlankRotation, modify
+from cycloid_profile.geometry import ToothProfile, Trochoid, inflection_phase, least_radii, undercut_limit
+from cycloid_profile.modification import DeformationCompensation, FlankRotation, modify
 
 
 @given(st.integers(3, 120), st.floats(0.02, 0.97))
 def test_undercut_limit_is_the_least_convex_radius_of_the_trochoid(pins, K1):
     trochoid = Trochoid(pins, 1.0, K1 / pins)
-    # Dense towards the root, where sharp trochoids bend most.
+    # Dense towards the root, where sharp trochoids have the largest curvature.
     psi = math.pi * np.linspace(0.0, 1.0, 20001) ** 2
-    bend = -trochoid.turning_rate(psi) * trochoid.lobes / trochoid.speed_ratio(psi)
-    assert undercut_limit(trochoid) == pytest.approx(1.0 / np.max(bend), rel=1e-5)
+    curvature = -trochoid.jet(psi).turn * trochoid.lobes / trochoid.speed_ratio(psi)
+    assert undercut_limit(trochoid) == pytest.approx(1.0 / np.max(curvature), rel=1e-5)
 
 
 @pytest.mark.parametrize("share", [0.999, 1.001])
@@ -30,7 +28,7 @@ def test_tooth_runs_backwards_only_beyond_the_undercut_limit(share):
     psi = np.linspace(0.0, math.pi, 20001)
     # Speed of the parallel curve along the trochoid's direction: its zero is the cusp.
     speed = trochoid.pin_circle_radius / trochoid.lobes * trochoid.speed_ratio(psi)
-    speed = speed + share * undercut_limit(trochoid) * trochoid.turning_rate(psi)
+    speed = speed + share * undercut_limit(trochoid) * trochoid.jet(psi).turn
     assert (np.min(speed) > 0.0) == (share < 1.0)
 
 
@@ -58,7 +56,7 @@ def test_least_radii_are_those_of_a_finer_grid(theoretical, amount):
     psi = np.linspace(1e-9, math.pi - 1e-9, 400_001)
     kappa = tooth.at(psi).curvature
     radii = least_radii(tooth)
-    # Grid of 0.05° refined by a parabola; the sharpest place of a compensated tooth may lie beside a corner.
+    # Grid of 0.05° refined by a parabola; the largest curvature of a compensated tooth may lie next to a corner.
     assert radii.convex == pytest.approx(-1.0 / np.min(kappa), rel=1e-6)
     assert radii.concave == pytest.approx(1.0 / np.max(kappa), rel=1e-6)
 

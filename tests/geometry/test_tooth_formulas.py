@@ -1,6 +1,6 @@
-"""The tooth is what docs/theory.md says it is: formulas written out a second time, in real coordinates.
+"""The tooth follows docs/theory.md: formulas implemented a second time, in real coordinates.
 
-The package computes with complex numbers and the half-angle form of S; here stand the textbook formulas
+The package computes with complex numbers and the half-angle form of S; here are the textbook formulas
 x(ψ), y(ψ) with i_H = z_p/z_c, so that a slip in either shows.
 """
 
@@ -14,11 +14,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cycloid_profile.geometry.profile import ToothProfile, undercut_limit
-from cycloid_profile.geometry.removal import flank_side
-from cycloid_profile.geometry.trochoid import Trochoid
-from cycloid_profile.modification.flank import FlankRemoval
-from cycloid_profile.modification.setup import DeformationCompensation, FlankRotation, modify
+from cycloid_profile.geometry import ToothProfile, Trochoid, flank_side, undercut_limit
+from cycloid_profile.modification import DeformationCompensation, FlankRemoval, FlankRotation, modify
 
 RNG = np.random.default_rng(1)
 PHASES = RNG.uniform(0.0, 78.0 * math.pi, 400)
@@ -61,7 +58,7 @@ def test_coordinates_and_normal_are_the_textbook_ones(theoretical):
     # Phases up to 245 rad carry a rounding of 3e-14 rad, times the 13 mm/rad of the root.
     np.testing.assert_allclose(points.position, position, atol=2e-12, rtol=0.0)
     np.testing.assert_allclose(points.normal, normal, atol=1e-12, rtol=0.0)
-    np.testing.assert_allclose(theoretical.trochoid.normal(PHASES), normal, atol=1e-12, rtol=0.0)
+    np.testing.assert_allclose(theoretical.trochoid.jet(PHASES).normal, normal, atol=1e-12, rtol=0.0)
     np.testing.assert_array_equal(points.xy[:, 0], points.position.real)
     np.testing.assert_array_equal(points.xy[:, 1], points.position.imag)
 
@@ -72,13 +69,13 @@ def test_tooth_is_the_parallel_curve_of_the_trochoid(tooth, psi):
     point = tooth.at(psi).position
     # In units of the pin circle: 1e-12 mm on the 64 mm of an RV-40E.
     rounding = 1.6e-14 * trochoid.pin_circle_radius
-    assert abs(point - trochoid.pin_centre(psi)) == pytest.approx(r, abs=rounding)
+    assert abs(point - trochoid.jet(psi).centre) == pytest.approx(r, abs=rounding)
     around = np.linspace(psi - 1.0, psi + 1.0, 2001)
-    assert np.min(np.abs(point - trochoid.pin_centre(around))) >= r - rounding
+    assert np.min(np.abs(point - trochoid.jet(around).centre)) >= r - rounding
 
 
 def test_rv40e_lies_one_pin_radius_inside_the_pin_centres_path_to_a_femtometre(theoretical):
-    distance = np.abs(theoretical.at(PHASES).position - theoretical.trochoid.pin_centre(PHASES))
+    distance = np.abs(theoretical.at(PHASES).position - theoretical.trochoid.jet(PHASES).centre)
     np.testing.assert_allclose(distance, 3.0, atol=1e-12, rtol=0.0)
 
 
@@ -101,10 +98,10 @@ def test_derivatives_agree_with_mpmath(theoretical, amount, psi):
 def test_curvature_radius_follows_the_published_formula_with_its_sign(tooth, psi):
     trochoid = tooth.trochoid
     K1, z_p = trochoid.short_width_ratio, trochoid.pins
-    bend = K1 * (z_p + 1) * math.cos(psi) - (1.0 + z_p * K1**2)
+    B = K1 * (z_p + 1) * math.cos(psi) - (1.0 + z_p * K1**2)
     rho_trochoid = trochoid.pin_circle_radius * (1.0 + K1**2 - 2.0 * K1 * math.cos(psi)) ** 1.5
-    # 1/ρ with ρ = rho_trochoid/bend + r, written without a division by zero at the inflection.
-    expected = bend / (rho_trochoid + bend * tooth.pin_radius)
+    # 1/ρ with ρ = rho_trochoid/B + r, written without a division by zero at the inflection.
+    expected = B / (rho_trochoid + B * tooth.pin_radius)
     assert float(tooth.at(psi).curvature) == pytest.approx(expected, rel=1e-9, abs=1e-12)
 
 
@@ -115,13 +112,13 @@ def test_root_is_concave_and_tip_is_convex(theoretical):
 @given(teeth(), st.floats(-3.1, 3.1))
 def test_turning_of_the_normal_is_its_derivative(tooth, psi):
     trochoid, h = tooth.trochoid, 1e-5
-    turned = np.angle(trochoid.normal(psi + h) / trochoid.normal(psi - h)) / (2.0 * h)
+    turn = np.angle(trochoid.jet(psi + h).normal / trochoid.jet(psi - h).normal) / (2.0 * h)
     # Central difference: the error is h²/6 times a third derivative that grows as (1 − K1)^−3.
     tolerance = 1e-9 + h**2 / (1.0 - trochoid.short_width_ratio) ** 3
-    assert turned == pytest.approx(float(trochoid.turning_rate(psi)), abs=tolerance)
-    bent = (trochoid.turning_rate(psi + h) - trochoid.turning_rate(psi - h)) / (2.0 * h)
+    assert turn == pytest.approx(float(trochoid.jet(psi).turn), abs=tolerance)
+    turn_rate = (trochoid.jet(psi + h).turn - trochoid.jet(psi - h).turn) / (2.0 * h)
     tolerance = 1e-8 + 10.0 * h**2 / (1.0 - trochoid.short_width_ratio) ** 4
-    assert bent == pytest.approx(float(trochoid.jet(psi).turn_rate), abs=tolerance, rel=1e-6)
+    assert turn_rate == pytest.approx(float(trochoid.jet(psi).turn_rate), abs=tolerance, rel=1e-6)
 
 
 @given(teeth())
@@ -137,7 +134,7 @@ def test_lever_is_longest_at_the_critical_phase(tooth):
 
 @given(teeth(), st.floats(-3.0, 3.0))
 def test_lever_is_the_arm_of_the_contact_normal(tooth, psi):
-    arm = (np.conj(tooth.trochoid.pin_centre(psi)) * tooth.trochoid.normal(psi)).imag
+    arm = (np.conj(tooth.trochoid.jet(psi).centre) * tooth.trochoid.jet(psi).normal).imag
     lever = tooth.trochoid.longest_lever * tooth.trochoid.lever_function(psi)
     # The sign: positive ψ resists an anticlockwise disc (docs/conventions.md).
     assert float(arm) == pytest.approx(float(lever), abs=1e-12 * tooth.trochoid.pin_circle_radius)

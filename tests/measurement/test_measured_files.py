@@ -13,9 +13,10 @@ from hypothesis.extra.numpy import arrays
 
 from cycloid_profile.cli.main import run
 from cycloid_profile.errors import MeasurementError
-from cycloid_profile.measurement.files import (
-    COLUMNS,
+from cycloid_profile.measurement import (
     FORMAT,
+    HYSTERESIS,
+    KINDS,
     Measurement,
     format_measurement,
     parse_measurement,
@@ -36,7 +37,7 @@ torque_nm,angle_arcmin
 0.0,-0.1
 412.0,1.5
 """
-every_kind = pytest.mark.parametrize("kind", sorted(COLUMNS))
+every_kind = pytest.mark.parametrize("kind", sorted(KINDS))
 # Lengths, angles and torques of any machine; seven decimals are written.
 values = st.floats(-1e6, 1e6)
 words = st.text(
@@ -54,8 +55,8 @@ keys = st.dictionaries(
 
 
 def measured(kind, table, extra=None) -> Measurement:
-    columns = dict(zip(COLUMNS[kind], table.T, strict=True))
-    return Measurement(kind, columns, {**NEEDED.get(kind, {}), **(extra or {})})
+    columns = dict(zip(KINDS[kind].columns, table.T, strict=True))
+    return Measurement(KINDS[kind], columns, {**NEEDED.get(kind, {}), **(extra or {})})
 
 
 @every_kind
@@ -63,9 +64,9 @@ def measured(kind, table, extra=None) -> Measurement:
 def test_a_file_comes_back_as_it_was(kind, table, extra):
     written = measured(kind, table, extra)
     read = parse_measurement(format_measurement(written), "file.csv")
-    assert read.kind == kind
+    assert read.kind is KINDS[kind]
     assert read.name == "file.csv"
-    for name in COLUMNS[kind]:
+    for name in KINDS[kind].columns:
         np.testing.assert_allclose(read[name], written[name], rtol=0.0, atol=0.51e-7)
     assert {**written.keys, "format": FORMAT, "kind": kind} == read.keys
     # Once rounded it does not change any more.
@@ -76,7 +77,7 @@ def test_a_file_comes_back_as_it_was(kind, table, extra):
 def test_rows_stay_in_the_order_of_measurement(kind):
     table = np.array([[3.0, 1.0], [1.0, 2.0], [2.0, 3.0], [1.0, 2.0]])
     read = parse_measurement(format_measurement(measured(kind, table)))
-    np.testing.assert_array_equal(np.column_stack([read[name] for name in COLUMNS[kind]]), table)
+    np.testing.assert_array_equal(np.column_stack([read[name] for name in KINDS[kind].columns]), table)
 
 
 def test_a_file_has_no_minus_zero():
@@ -111,13 +112,13 @@ def test_numbers_among_the_keys():
         pytest.param(lambda text: text.removeprefix(f"# format: {FORMAT}\n"), id="no format"),
     ],
 )
-def test_what_editors_and_spreadsheets_do_to_a_file_does_not_matter(tmp_path: Path, change: Callable[[str], str]):
+def test_changes_by_editors_and_spreadsheets_do_not_matter(tmp_path: Path, change: Callable[[str], str]):
     path = tmp_path / "loop.csv"
     path.write_bytes(change(GOOD).encode("utf-8"))
     read, plain = read_measurement(path), parse_measurement(GOOD)
-    assert read.kind == "hysteresis"
+    assert read.kind is HYSTERESIS
     assert read.name == "loop.csv"
-    for name in COLUMNS["hysteresis"]:
+    for name in HYSTERESIS.columns:
         np.testing.assert_array_equal(read[name], plain[name])
     assert read.keys["input"] == "locked"
     assert read.number("output_angle_deg") == 5.0
@@ -136,8 +137,8 @@ REFUSED = {
     "no header": (GOOD.replace("torque_nm,angle_arcmin\n", ""), "header", "torque_nm,angle_arcmin"),
     "nothing but keys": (GOOD.split("torque_nm")[0], "header", "torque_nm,angle_arcmin"),
     "unknown kind": (GOOD.replace("hysteresis", "histeresis"), "kind", "hysteresis"),
-    "no kind": (GOOD.replace("# kind: hysteresis\n", ""), "kind", "write '# kind: '"),
-    "empty": ("", "kind", "write '# kind: '"),
+    "no kind": (GOOD.replace("# kind: hysteresis\n", ""), "kind", "hysteresis"),
+    "empty": ("", "kind", "hysteresis"),
     "another format": (GOOD.replace("measurement 1", "measurement 2"), "format", FORMAT),
     "no torque": (TE, "torque_nm", "write '# torque_nm: '"),
     "no torque of a map": (
@@ -162,7 +163,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("fault", REFUSED)
-def test_a_file_that_is_none_is_refused_with_its_place_and_remedy(fault):
+def test_a_faulty_file_is_refused_with_place_and_remedy(fault):
     text, place, remedy = REFUSED[fault]
     with pytest.raises(MeasurementError) as refused:
         parse_measurement(text, "loop.csv")
@@ -179,14 +180,14 @@ def test_the_command_refuses_it_in_one_sentence(fault, tmp_path: Path, capsys: p
     path.write_text(text, encoding="utf-8")
     out = tmp_path / "out"
     assert run(["compare", str(RV40E), str(path), "--out", str(out)]) == 2
-    told, complaint = capsys.readouterr()
-    assert told == ""
+    out_text, complaint = capsys.readouterr()
+    assert out_text == ""
     assert complaint.count("\n") == 1
     assert complaint.startswith(f"cycloid-profile: loop.csv: {place}")
     assert not out.exists()
 
 
-def test_what_is_no_file_or_no_text_is_refused(tmp_path: Path):
+def test_missing_and_binary_files_are_refused(tmp_path: Path):
     binary = tmp_path / "scan.csv"
     binary.write_bytes(b"\xff\xfe\x00\x01\x80")
     for path in (tmp_path / "nothing.csv", tmp_path, binary):

@@ -1,7 +1,7 @@
-"""Changes of the grinding set-up: what each takes off, what it leaves alone, and that order does not matter.
+"""Changes of the grinding set-up: the removal of each, where it vanishes, and independence of order.
 
 The normal removal h(ψ) is measured, not read from the package's own formulas: it is the gap of a nominal
-pin that stands on the nominal pin-centre path, found by exact contact.
+pin on the nominal pin-centre path, found by exact contact.
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cycloid_profile.contact.gap import gaps
-from cycloid_profile.contact.meshing import mesh
+from cycloid_profile.contact.mesh import gaps, mesh
 from cycloid_profile.errors import GeometryError
-from cycloid_profile.geometry.profile import ToothProfile
-from cycloid_profile.modification.pairs import conjugate_pair, zero_backlash_pair
-from cycloid_profile.modification.setup import (
+from cycloid_profile.geometry import ToothProfile
+from cycloid_profile.modification import (
     DeformationCompensation,
     Equidistant,
     FlankRotation,
     RadialMoving,
+    conjugate_pair,
     modify,
+    zero_backlash_pair,
 )
 
 MICROMETRES = st.floats(-20.0, 20.0).map(lambda um: um * 1e-3)
@@ -46,7 +46,7 @@ def scale(psi):
 
 
 def rotated(tooth, amount):
-    """Flanks turned so that ``amount`` goes off at ψ0."""
+    """Flanks rotated for a removal of ``amount`` at ψ0."""
     return modify(tooth, FlankRotation(amount / tooth.trochoid.longest_lever))
 
 
@@ -63,7 +63,7 @@ REMOVALS = {
 
 
 def measured_removal(nominal, tooth):
-    """Phases and gaps of pins on the nominal path; pins beside a corner left out."""
+    """Phases and gaps of pins on the nominal path; pins next to a corner left out."""
     meshing = mesh(nominal.trochoid, np.linspace(0.0, 0.15, 5))
     found = gaps(tooth, nominal.pin_radius, meshing).gap[:, 0]
     psi = meshing.phase[:, 0]
@@ -78,7 +78,7 @@ def test_removal_has_the_tabled_shape_to_first_order(theoretical, grind, shape):
     for amount in amounts:
         psi, removal = measured_removal(theoretical, grind(theoretical, amount))
         errors.append(np.max(np.abs(removal - amount * shape(psi))))
-    # What is left falls with the square of the amount: the shape is right to first order, sign included.
+    # The residual falls with the square of the amount: the shape is right to first order, sign included.
     assert errors[0] < 0.02 * amounts[0]
     assert np.polyfit(np.log(amounts), np.log(errors), 1)[0] == pytest.approx(2.0, abs=0.1)
 
@@ -130,15 +130,16 @@ def test_compensation_leaves_root_and_tip_and_lifts_both_flanks(theoretical, del
     ends = np.array([0.0, math.pi])
     np.testing.assert_allclose(compensated.at(ends).position, ground.at(ends).position, atol=1e-14)
     for psi in (theoretical.trochoid.critical_phase, -theoretical.trochoid.critical_phase):
-        added = (np.conj(ground.trochoid.normal(psi)) * (compensated.at(psi).position - ground.at(psi).position)).real
+        normal = ground.trochoid.jet(psi).normal
+        added = (np.conj(normal) * (compensated.at(psi).position - ground.at(psi).position)).real
         assert added == pytest.approx(delta, abs=1e-13)
 
 
 def test_flank_rotation_is_the_opposite_of_compensation(theoretical):
     angle = 4e-5
-    turned = modify(theoretical, FlankRotation(-angle))
+    rotated = modify(theoretical, FlankRotation(-angle))
     compensated = modify(theoretical, DeformationCompensation(angle * theoretical.trochoid.longest_lever))
-    assert turned == compensated
+    assert rotated == compensated
 
 
 @pytest.mark.parametrize("nothing", [Equidistant(0.0), RadialMoving(0.0), FlankRotation(0.0)])
@@ -151,10 +152,10 @@ def test_zero_amount_changes_nothing(theoretical, nothing):
     ("too_much", "limit"),
     [
         (Equidistant(1.7), "undercut limit 4.6117 mm"),
-        (Equidistant(-3.0), "not a positive length"),
-        (Equidistant(math.nan), "not a positive length"),
+        (Equidistant(-3.0), "is not positive"),
+        (Equidistant(math.nan), "is not positive"),
         (RadialMoving(12.5), r"outside \(0, 1\)"),
-        (RadialMoving(64.0), "not a positive length"),
+        (RadialMoving(64.0), "is not positive"),
         (FlankRotation(math.nan), "not finite"),
         (DeformationCompensation(math.inf), "not finite"),
     ],
@@ -165,7 +166,7 @@ def test_tooth_that_cannot_exist_is_refused(theoretical, too_much, limit):
 
 
 def test_flank_removal_that_undercuts_is_refused(theoretical):
-    # 1.9 mm beside the 1.61 mm that are left: the curve runs backwards on the convex flank.
+    # 1.9 mm exceed the remaining 1.61 mm: the curve runs backwards on the convex flank.
     with pytest.raises(GeometryError):
         modify(theoretical, FlankRotation(1.9 / theoretical.trochoid.longest_lever))
 

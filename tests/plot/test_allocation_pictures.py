@@ -7,15 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from cycloid_profile.effects.coordinates import coordinates
-from cycloid_profile.effects.registry import EFFECTS
-from cycloid_profile.plot.allocation import cost_bars, limited_quantities, tolerance_bars
-from cycloid_profile.tolerance.allocated import Allocation
-from cycloid_profile.tolerance.allocation import Effort, allocate
-from cycloid_profile.tolerance.distribution import Normal
-from cycloid_profile.tolerance.draws import Draws
-from cycloid_profile.tolerance.limits import Limit
-from cycloid_profile.tolerance.scatter import Cost, Scatter, Tolerances
+from cycloid_profile.effects import EFFECTS, coordinates
+from cycloid_profile.plot.style import figure_holding
+from cycloid_profile.plot.tolerance import cost_bars, limited_quantities, tolerance_bars
+from cycloid_profile.tolerance.allocation import Allocation, SampleSizes, allocate
+from cycloid_profile.tolerance.inputs import Cost, Limit, Scatter, Tolerances
+from cycloid_profile.tolerance.inputs.distribution import Normal
+from cycloid_profile.tolerance.study import Draws
 
 
 @dataclass(frozen=True)
@@ -42,27 +40,27 @@ def allocation() -> Allocation:
         Limit("least_backlash_arcmin", 0.0),
         Limit("my_force_n", at_most=150.0),
     )
-    return allocate(Draws(Tolerances(scatters)), Sum(), limits, 0.8, Effort(512, 1024))
+    return allocate(Draws(Tolerances(scatters)), Sum(), limits, 0.8, SampleSizes(512, 1024))
 
 
 def test_axes_have_units_and_titles_the_name(allocation: Allocation) -> None:
     for draw in (tolerance_bars, cost_bars, limited_quantities):
-        figure = draw(allocation, "A $ drive")
+        figure = figure_holding(draw(allocation, name="A $ drive"))
         assert figure.get_suptitle().startswith(r"A \$ drive: ")
         assert all("[" in ax.get_xlabel() for ax in figure.axes)
 
 
-def test_every_tolerance_and_limit_is_told(allocation: Allocation) -> None:
-    ax = tolerance_bars(allocation, "x").axes[0]
+def test_every_tolerance_and_limit_is_labelled(allocation: Allocation) -> None:
+    ax = tolerance_bars(allocation, name="x")
     assert [label.get_text() for label in ax.get_yticklabels()] == [
         "pin radius error", "equidistant error", "radial moving error",
     ]  # fmt: skip
-    told = [text.get_text() for text in ax.texts]
-    assert told[0].startswith("±3 → ±")
-    assert told[1].endswith("coarsest allowed")
-    assert told[2] == "±3 µm, no cost given"
-    assert len(cost_bars(allocation, "x").axes[0].get_yticklabels()) == 2
-    backlash, least, force = limited_quantities(allocation, "x").axes
+    written = [text.get_text() for text in ax.texts]
+    assert written[0].startswith("±3 → ±")
+    assert written[1].endswith("coarsest allowed")
+    assert written[2] == "±3 µm, no cost given"
+    assert len(cost_bars(allocation, name="x").get_yticklabels()) == 2
+    backlash, least, force = limited_quantities(allocation, name="x")
     assert [text.get_text().strip() for text in backlash.texts] == ["≥ 0.8", "≤ 1.3"]
     assert [text.get_text().strip() for text in least.texts] == ["≥ 0"]
     assert force.get_xlabel() == "my force [n]"

@@ -7,23 +7,21 @@ from typing import Any
 
 import pytest
 
-from cycloid_profile.catalog.drives import catalog_drive
-from cycloid_profile.catalog.published import lost_motion_article
+from cycloid_profile.articles import TEXT, BacklashSensitivity, Budget, DifferenceSetup, sensitivities
+from cycloid_profile.catalog import catalog_drive, lost_motion_article
 from cycloid_profile.design.from_spec import conventional_profile, drive_of, load_case
-from cycloid_profile.plot.budget import budget_plot, sensitivity_plot
 from cycloid_profile.plot.style import style
-from cycloid_profile.tolerance.exact_sensitivities import Bench
-from cycloid_profile.tolerance.published_budget import TEXT, Budget
-from cycloid_profile.tolerance.published_sensitivities import Sensitivity, sensitivities
+from cycloid_profile.plot.tolerance import budget as budget_figure
+from cycloid_profile.plot.tolerance import sensitivities as sensitivity_figure
 
 
 @pytest.fixture(scope="module")
-def rows() -> tuple[Sensitivity, ...]:
+def rows() -> tuple[BacklashSensitivity, ...]:
     """A drive without first stage and crank shafts."""
     spec = catalog_drive("printed_11")
     drive = drive_of(spec)
     case = load_case(spec, drive, conventional_profile(spec, drive))
-    return sensitivities(case, Bench(case, poses=3))
+    return sensitivities(case, DifferenceSetup(case, poses=3))
 
 
 @pytest.fixture(scope="module")
@@ -31,14 +29,14 @@ def budget() -> Budget:
     return TEXT.of(lost_motion_article())
 
 
-def said(figure: Any) -> list[str]:
-    (ax,) = figure.axes
+def texts_in(ax: Any) -> list[str]:
     return [text.get_text() for text in ax.texts]
 
 
-def check_whole(figure: Any) -> None:
+def check_whole(ax: Any) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
+    figure = ax.figure
     with style():
         canvas = FigureCanvasAgg(figure)
         canvas.draw()
@@ -49,25 +47,25 @@ def check_whole(figure: Any) -> None:
 
 
 def test_sensitivities_are_drawn_whole(rows):
-    figure = sensitivity_plot(rows, "$drive")
-    check_whole(figure)
-    assert sum("absent" in text for text in said(figure)) == 4
+    ax = sensitivity_figure(rows, name="$drive")
+    check_whole(ax)
+    assert sum("absent" in text for text in texts_in(ax)) == 4
 
 
 def test_budget_is_drawn_whole(budget):
-    figure = budget_plot(budget, "$drive")
-    check_whole(figure)
-    assert said(figure).count("0.784 ± 0.389") == 2
-    assert "[′]" in figure.axes[0].get_xlabel()
+    ax = budget_figure(budget, name="$drive")
+    check_whole(ax)
+    assert texts_in(ax).count("0.784 ± 0.389") == 2
+    assert "[′]" in ax.get_xlabel()
 
 
 def test_parts_a_drive_lacks_are_marked(budget):
-    texts = said(budget_plot(replace(budget, involute=None, bearing=None), "drive"))
+    texts = texts_in(budget_figure(replace(budget, involute=None, bearing=None), name="drive"))
     assert texts.count("drive: absent") == 2
 
 
 def test_bars_are_the_rows(rows):
-    (ax,) = sensitivity_plot(rows, "drive").axes
+    ax = sensitivity_figure(rows, name="drive")
     published, corrected, measured = ax.containers
     for bars, values in (
         (published, [row.as_published for row in rows]),

@@ -10,23 +10,26 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cycloid_profile.design.ground import built_reducer
-from cycloid_profile.discrepancy.candidates import candidate_of
-from cycloid_profile.discrepancy.detection import Detection, Finding
-from cycloid_profile.discrepancy.laid import Laid, settled
-from cycloid_profile.discrepancy.nearest import Near
-from cycloid_profile.discrepancy.outcome import Diagnosis, FileGap, NamedEffect
-from cycloid_profile.discrepancy.recording import record
-from cycloid_profile.effects.registry import EFFECTS
+from cycloid_profile.design import as_built_reducer
+from cycloid_profile.diagnosis import (
+    Detection,
+    Diagnosis,
+    FileGap,
+    Finding,
+    NamedEffect,
+    NearestEffect,
+    Residuals,
+    candidate_of,
+    nuisance_fitted,
+    record,
+)
+from cycloid_profile.effects import EFFECTS
+from cycloid_profile.measurement import KINDS
 from cycloid_profile.plot.diagnosis import pictures
 from cycloid_profile.plot.style import style
-from cycloid_profile.report.diagnosis import diagnosis_report
-from cycloid_profile.report.effect_in_words import cure_of
-from cycloid_profile.report.number_in_words import odds, p_in_words, with_uncertainty
-from cycloid_profile.report.verdict_in_words import headline
-from cycloid_profile.rig.gap import COLUMN
-from cycloid_profile.rig.simulate import Settings, simulate
-from cycloid_profile.spec.read import parse_spec
+from cycloid_profile.report.diagnosis import diagnosis_report, headline, odds, p_text, remedy_of, with_uncertainty
+from cycloid_profile.rig import Settings, simulate
+from cycloid_profile.spec import parse_spec
 from tests.spec_texts import PLAIN
 
 COORDINATES = {
@@ -40,22 +43,28 @@ UNITS = {"profile_scan": "µm", "hysteresis": "′", "transmission_error": "″"
 
 def _found() -> Diagnosis:
     """One file of each kind of a reducer whose discs are out of index."""
-    built = built_reducer(parse_spec(PLAIN))
+    reducer = as_built_reducer(parse_spec(PLAIN))
     candidate = candidate_of(EFFECTS["cumulative_pitch_error"], {"disc": 1})
     named = NamedEffect(candidate, np.array([3.0, 1.0]), 1e-4 * np.eye(2), ("cumulative_pitch_error",), None, 36.2)
-    corrected = named.effect.apply(built)
+    corrected = named.effect.apply(reducer)
     rng = np.random.default_rng(1)
     gaps, where = [], []
     for kind, coordinate in COORDINATES.items():
         measured = simulate(corrected, kind, Settings(points={"hysteresis": 80}.get(kind, 330)))
         columns = dict(measured.columns)
         if kind != "profile_scan":
-            columns[COLUMN[kind]] = columns[COLUMN[kind]] + 0.002 * rng.standard_normal(columns[COLUMN[kind]].size)
+            columns[KINDS[kind].value_column] = columns[KINDS[kind].value_column] + 0.002 * rng.standard_normal(
+                columns[KINDS[kind].value_column].size
+            )
         else:
             columns["x_mm"] = columns["x_mm"] + 1e-4 * rng.standard_normal(columns["x_mm"].size)
-        recording = record(built, replace(measured, columns=columns, name=f"{kind}.csv"))
+        recording = record(reducer, replace(measured, columns=columns, name=f"{kind}.csv"))
         unit = recording.unit
-        gaps.append(FileGap(recording, Laid(recording, built), Laid(recording, corrected), 2.0, 0.11, 2.1, 0.12, 1.02))
+        gaps.append(
+            FileGap(
+                recording, Residuals(recording, reducer), Residuals(recording, corrected), 2.0, 0.11, 2.1, 0.12, 1.02
+            )
+        )
         where.append(Finding(recording.name, unit, coordinate, 2.2, 3.4, 1.7, 1e-50))
     before = Detection(1e-40, 20, tuple(where))
     after = Detection(0.4, 20, (replace(where[0], p_value=0.1),))
@@ -65,8 +74,8 @@ def _found() -> Diagnosis:
         "series_compliance": (1e-4, "stiffness_nm_per_arcmin"),
     }
     return Diagnosis(
-        built, corrected, "effects_found", (named,), before, after, tuple(where), None, (), hidden,
-        tuple(gaps), ("2 gross errors of reading are left out",), 36.2,
+        reducer, corrected, "effects_found", (named,), before, after, tuple(where), None, (), hidden,
+        tuple(gaps), ("2 reading errors are omitted",), 36.2,
     )  # fmt: skip
 
 
@@ -75,14 +84,20 @@ def found() -> Diagnosis:
     return _found()
 
 
-NEAR = Near("disc_oval", {"amplitude_um": 1.2}, 0.41, "it explains 41 % of the gap")
+NEAR = NearestEffect("disc_oval", {"amplitude_um": 1.2}, 0.41, "it explains 41 % of the gap")
 
 
 @pytest.fixture(scope="module")
 def agrees(found: Diagnosis) -> Diagnosis:
     gaps = tuple(replace(g, before=g.after, recording=g.after.recording) for g in found.gaps)
     return replace(
-        found, verdict="agrees", effects=(), detection=found.left, where=(), gaps=gaps, corrected=found.built
+        found,
+        verdict="agrees",
+        effects=(),
+        detection=found.residual_detection,
+        where=(),
+        gaps=gaps,
+        corrected=found.reducer,
     )
 
 
@@ -91,7 +106,7 @@ def unknown(found: Diagnosis) -> Diagnosis:
     gaps = tuple(replace(g, after=g.before) for g in found.gaps)
     return replace(
         found, verdict="unknown_effect", effects=(), remainder=found.where[0], nearest=(NEAR,),
-        left=found.detection, gaps=gaps, corrected=found.built,
+        residual_detection=found.detection, gaps=gaps, corrected=found.reducer,
     )  # fmt: skip
 
 
@@ -121,7 +136,7 @@ def test_every_file_has_a_picture_with_units(found: Diagnosis, agrees: Diagnosis
             assert caption.startswith(gap.recording.name)
             labels = [text for ax in figure.axes for text in (ax.get_xlabel(), ax.get_ylabel()) if text]
             assert all("[" in label for label in labels), labels
-            assert any(f"[{UNITS[gap.recording.kind]}]" in label for label in labels), labels
+            assert any(f"[{UNITS[gap.recording.kind.name]}]" in label for label in labels), labels
 
 
 def test_before_and_after_have_one_scale(found: Diagnosis) -> None:
@@ -141,7 +156,8 @@ def test_files_of_one_name_have_files_of_their_own(found: Diagnosis) -> None:
 def test_a_file_only_to_check_with_is_drawn(found: Diagnosis) -> None:
     held = [replace(g.recording, held_out=np.ones_like(g.recording.held_out)) for g in found.gaps]
     gaps = tuple(
-        FileGap(r, Laid(r, found.built), Laid(r, found.corrected), math.nan, math.nan, 2.0, 0.1, 1.0) for r in held
+        FileGap(r, Residuals(r, found.reducer), Residuals(r, found.corrected), math.nan, math.nan, 2.0, 0.1, 1.0)
+        for r in held
     )
     assert len(pictures(replace(found, gaps=gaps), "plain")) == 1 + len(gaps)
 
@@ -152,7 +168,10 @@ def test_a_lobe_that_was_not_scanned_is_grey(found: Diagnosis) -> None:
     held = gap.recording.held_out[gap.before.lobe != 3]
     recording = replace(gap.recording, rows=rows, held_out=held)
     less = replace(
-        gap, recording=recording, before=Laid(recording, found.built), after=Laid(recording, found.corrected)
+        gap,
+        recording=recording,
+        before=Residuals(recording, found.reducer),
+        after=Residuals(recording, found.corrected),
     )
     _, _, figure = pictures(replace(found, gaps=(less,)), "plain")[1]
     (first, _) = (image.get_array() for ax in figure.axes for image in ax.images)
@@ -160,11 +179,11 @@ def test_a_lobe_that_was_not_scanned_is_grey(found: Diagnosis) -> None:
     assert "not scanned" in [text.get_text() for text in figure.legends[0].get_texts()]
 
 
-def test_what_is_left_after_is_noise(found: Diagnosis) -> None:
+def test_the_residual_after_is_noise(found: Diagnosis) -> None:
     for gap in found.gaps:
-        left = settled(gap.after)
-        assert np.sqrt(np.mean(left**2)) < 1.5 * gap.noise
-        assert np.sqrt(np.mean(settled(gap.before) ** 2)) > 2.0 * np.sqrt(np.mean(left**2))
+        residual = nuisance_fitted(gap.after)
+        assert np.sqrt(np.mean(residual**2)) < 1.5 * gap.noise
+        assert np.sqrt(np.mean(nuisance_fitted(gap.before) ** 2)) > 2.0 * np.sqrt(np.mean(residual**2))
 
 
 @pytest.mark.slow
@@ -177,7 +196,7 @@ def test_a_found_effect_is_named_with_size_cure_and_evidence(pages: dict[str, st
     assert "anything below 0.4 µm" in page
     assert "anything stiffer than 10,000 N·m/′" in page
     assert "these files do not show it" in page
-    assert "gross errors of reading" in page
+    assert "reading errors are omitted" in page
     assert "not in the library of effects" not in page
 
 
@@ -185,7 +204,7 @@ def test_a_group_is_one_of_these(found: Diagnosis, tmp_path: Path) -> None:
     alike = replace(found.effects[0], group=("radial_moving_error", "thermal_growth"), separate_by="a second scan")
     page = diagnosis_report(replace(found, effects=(alike,)), "plain", tmp_path, [], None)
     assert "one of these, which the files cannot tell apart: radial moving error, thermal growth" in page
-    assert "A measurement that would: <strong>a second scan</strong>" in page
+    assert "Measurement that separates them: <strong>a second scan</strong>" in page
     assert "If it is thermal growth: let the disc reach the temperature of the ring" in page
 
 
@@ -195,14 +214,14 @@ def test_agreement_and_the_unknown_read_differently(pages: dict[str, str]) -> No
     assert "What to do" not in pages["agrees"]
     unknown = pages["unknown_effect"]
     assert "differ by something that is not in the library of effects: lobe 2 from ψ = " in unknown
-    assert "It is not in the library of effects, and it gets no name." in unknown
+    assert "The difference is not in the library of effects and remains unnamed." in unknown
     assert "41 %" in unknown
     assert "odds" not in re.sub(r"<svg.*?</svg>", "", unknown, flags=re.DOTALL)
 
 
 def test_agreement_by_the_accuracy_of_the_simulation_is_said(agrees: Diagnosis) -> None:
     below = replace(agrees, detection=replace(agrees.detection, p_value=1e-4))
-    assert headline(below) == "Measurement and simulation agree as closely as the simulation can be trusted."
+    assert headline(below) == "Measurement and simulation agree within the accuracy of the simulation."
 
 
 @pytest.mark.slow
@@ -215,13 +234,13 @@ def test_the_page_needs_nothing_else(pages: dict[str, str]) -> None:
 
 
 def test_every_effect_has_a_cure() -> None:
-    assert all(cure_of(kind) for kind in EFFECTS.values())
-    assert cure_of(EFFECTS["thermal_growth"]).endswith("tells it from a wrong infeed")
+    assert all(remedy_of(kind) for kind in EFFECTS.values())
+    assert remedy_of(EFFECTS["thermal_growth"]).endswith("to rule out a wrong infeed")
 
 
 def test_numbers_say_no_more_than_they_know() -> None:
     assert with_uncertainty(3.25907, 0.0213, "µm") == "3.259 ± 0.021 µm"
     assert with_uncertainty(-107.07, 2.1, "°") == "−107.1° ± 2.1°"
-    assert p_in_words(0.0) == "p below 10⁻³⁰⁰"
-    assert p_in_words(3.5e-6) == "p = 3.5·10⁻⁶"
+    assert p_text(0.0) == "p below 10⁻³⁰⁰"
+    assert p_text(3.5e-6) == "p = 3.5·10⁻⁶"
     assert odds(36.2) == "e^36 : 1"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cycloid_profile.plot.orders import folded_order, order_label
+from cycloid_profile.plot.measured import folded_order, order_label
 
 
 @pytest.mark.parametrize(

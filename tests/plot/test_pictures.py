@@ -1,4 +1,4 @@
-"""Every picture says what it shows: titles, labelled axes with units, nothing outside the frame."""
+"""Every picture is labelled: titles, labelled axes with units, nothing outside the frame."""
 
 from __future__ import annotations
 
@@ -8,13 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cycloid_profile.catalog.drives import catalog_drive
-from cycloid_profile.design.record import DesignRecord, design_disc
-from cycloid_profile.plot.comparison import normal_removal
-from cycloid_profile.plot.disc_map import unrolled
+from cycloid_profile.catalog import catalog_drive
+from cycloid_profile.design import DesignRecord, design_disc
+from cycloid_profile.plot import save, save_png
+from cycloid_profile.plot.design.teeth import normal_removal
 from cycloid_profile.plot.gallery import PICTURES, Picture
-from cycloid_profile.plot.style import new_figure, save, save_png
-from cycloid_profile.spec.read import parse_spec
+from cycloid_profile.plot.measured import draw_lobe_image
+from cycloid_profile.plot.style import figure_holding, new_figure
+from cycloid_profile.spec import parse_spec
 from tests.spec_texts import PLAIN
 
 
@@ -27,7 +28,7 @@ def plain() -> DesignRecord:
 @pytest.mark.parametrize("picture", PICTURES, ids=[picture.name for picture in PICTURES])
 def test_axes_are_labelled_with_units(rv40e_record: DesignRecord, plain: DesignRecord, picture: Picture) -> None:
     for record in (rv40e_record, plain):
-        figure = picture.draw(record)
+        figure = figure_holding(picture.draw(record))
         assert record.spec.name in " ".join([figure.get_suptitle(), *(ax.get_title() for ax in figure.axes)])
         for ax in figure.axes:
             if not ax.has_data() or (ax.get_label() == "<colorbar>"):
@@ -42,7 +43,7 @@ def test_axes_are_labelled_with_units(rv40e_record: DesignRecord, plain: DesignR
 def test_nothing_is_cut_off(rv40e_record: DesignRecord, picture: Picture) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-    figure = picture.draw(rv40e_record)
+    figure = figure_holding(picture.draw(rv40e_record))
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
     box = figure.get_tightbbox(canvas.get_renderer())
@@ -72,7 +73,7 @@ def test_the_rare_ends_of_a_colour_map_keep_their_colours(tmp_path: Path) -> Non
     values = 0.2 * np.random.default_rng(1).normal(size=(39, 24))
     values[8, ::7], values[30, 3] = -2.4, 2.4
     ax = figure.subplots()
-    figure.colorbar(unrolled(ax, values, 2.5, 180.0), ax=ax)
+    figure.colorbar(draw_lobe_image(ax, values, 2.5, 180.0), ax=ax)
     save_png(figure, tmp_path / "map.png")
     drawn = np.asarray(Image.open(BytesIO((tmp_path / "map.png").read_bytes())).convert("RGB"), dtype=int)
     whole = BytesIO()
@@ -93,8 +94,8 @@ def test_comparison_shows_the_removal_of_each_step(rv40e_record: DesignRecord) -
     assert np.allclose(compensated, compensated[::-1], atol=1e-9)
 
 
-def test_a_drive_without_rated_torque_is_told_to_be_a_guess(plain: DesignRecord) -> None:
-    from cycloid_profile.design.summary import summary
+def test_a_rated_torque_that_is_not_given_is_marked_as_assumed(plain: DesignRecord) -> None:
+    from cycloid_profile.design import summary
 
     figures = summary(plain)
     assert figures["rated_torque_assumed"] is True

@@ -8,10 +8,9 @@ from typing import Any
 
 import pytest
 
-from cycloid_profile.design.ground import built_reducer
-from cycloid_profile.effects.built import Built
-from cycloid_profile.effects.registry import build, effect
-from cycloid_profile.spec.read import read_spec
+from cycloid_profile.design import as_built_reducer
+from cycloid_profile.effects import AsBuiltReducer, build, effect
+from cycloid_profile.spec import read_spec
 
 MEASURED = Path(__file__).parent / "measured"
 
@@ -23,16 +22,16 @@ def measured() -> Path:
 
 
 @pytest.fixture(scope="session")
-def drawn() -> Built:
+def drawn() -> AsBuiltReducer:
     """The reducer of the drawing."""
-    return built_reducer(read_spec(MEASURED / "spec.toml"))
+    return as_built_reducer(read_spec(MEASURED / "spec.toml"))
 
 
 @pytest.fixture(scope="session")
-def built_with(drawn: Built) -> Callable[..., Built]:
+def built_with(drawn: AsBuiltReducer) -> Callable[..., AsBuiltReducer]:
     """Builds the reducer with effects given as tables of a spec file."""
 
-    def built(*tables: dict[str, Any]) -> Built:
+    def reducer(*tables: dict[str, Any]) -> AsBuiltReducer:
         return build(drawn.case, [effect(table) for table in tables])
 
-    return built
+    return reducer

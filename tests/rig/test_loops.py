@@ -11,9 +11,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from cycloid_profile.errors import MeasurementError
-from cycloid_profile.rig.evaluation import evaluate_loop
-from cycloid_profile.rig.hysteresis import hysteresis_loop, stage_torque, torque_path
-from cycloid_profile.rig.maps import backlash_map
+from cycloid_profile.rig import backlash_map, evaluate_loop, hysteresis_loop
+from cycloid_profile.rig.hysteresis import stage_torque, torque_path
 from cycloid_profile.units import ARCMIN, NEWTON_METRE
 
 torques = arrays(np.float64, st.integers(1, 40), elements=st.floats(-1e6, 1e6))
@@ -39,7 +38,7 @@ def test_the_stage_moves_only_when_it_is_pushed(torque, coulomb, before):
 
 
 @given(torques, coulombs, shares, sides)
-def test_both_directions_are_alike(torque, coulomb, share, before):
+def test_friction_is_symmetric_in_direction(torque, coulomb, share, before):
     there, back = stage_torque(torque, coulomb, share, before), stage_torque(-torque, coulomb, share, -before)
     np.testing.assert_array_equal(there, -back)
 
@@ -157,7 +156,7 @@ def test_figures_go_with_their_units_and_know_no_zero(torque_unit, angle_unit, z
         pytest.param((-VIRGIN, UP, DOWN), id="the other way round"),
     ],
 )
-def test_what_is_no_whole_turn_is_refused(pieces):
+def test_an_incomplete_loop_is_refused(pieces):
     with pytest.raises(MeasurementError, match="does not run from one end to the other and back") as refused:
         evaluate_loop(*synthetic(*path_of(*pieces)))
     assert "0 → +T → −T → +T" in refused.value.remedy
@@ -205,12 +204,12 @@ def test_friction_opens_the_loop_by_its_torque_over_the_stiffness(built_with, dr
     up = np.interp(at, rubbing.torque[bottom:], rubbing.angle[bottom:])
     width = np.interp([at + 7e3, at - 7e3], plain.torque[bottom:], plain.angle[bottom:])
     assert down - up == pytest.approx(width[0] - width[1], rel=1e-3)
-    # Both branches move alike: the centreline, and with it lost motion, hardly does.
+    # Both branches move equally: the centreline, and with it lost motion, hardly does.
     lost = [evaluate_loop(loop.torque, loop.angle).lost_motion for loop in (rubbing, plain)]
     assert lost[0] == pytest.approx(lost[1], rel=0.05)
 
 
-def test_the_start_is_where_the_last_push_left_the_stage(drawn):
+def test_the_loop_starts_on_the_side_of_the_preceding_load(drawn):
     up, down = (hysteresis_loop(drawn, before=before).angle for before in (-1.0, 1.0))
     assert down[0] - up[0] == pytest.approx(backlash_map(drawn, 1).value[0], rel=2e-3)
     np.testing.assert_array_equal(up[1:], down[1:])

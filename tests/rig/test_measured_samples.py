@@ -11,8 +11,8 @@ import json
 import numpy as np
 import pytest
 
-from cycloid_profile.measurement.files import read_measurement
-from cycloid_profile.rig.gap import gap
+from cycloid_profile.measurement import read_measurement
+from cycloid_profile.rig import measurement_residual
 from cycloid_profile.units import ARCMIN, NEWTON_METRE, UM
 
 NOISE = {"um": 0.3, "arcmin": 0.004, "arcsec": 0.15}
@@ -34,9 +34,9 @@ def truth(folder):
     ],
 )
 def test_the_drive_as_drawn_leaves_the_noise(drawn, measured, file, within):
-    found = gap(drawn, read_measurement(measured / file))
+    found = measurement_residual(drawn, read_measurement(measured / file))
     assert found.rms == pytest.approx(NOISE[found.unit], rel=within)
-    # The noise read from neighbouring rows, without being told.
+    # The noise read from neighbouring rows, without a stated value.
     assert found.noise == pytest.approx(NOISE[found.unit], rel=0.06)
     assert np.all(np.isfinite(found.residual))
 
@@ -45,13 +45,13 @@ def test_lost_motion_of_the_drive_as_drawn(drawn, measured):
     # 0.8507′ was measured; nothing is taken off a lost motion.
     sample = read_measurement(measured / "te_none" / "lost_motion.csv")
     assert np.mean(sample["lost_motion_arcmin"]) == pytest.approx(0.8507, abs=5e-5)
-    assert abs(np.mean(gap(drawn, sample).residual)) < 3.0 * 0.004 / np.sqrt(600.0)
+    assert abs(np.mean(measurement_residual(drawn, sample).residual)) < 3.0 * 0.004 / np.sqrt(600.0)
 
 
-def loop_residual(built, sample):
+def loop_residual(reducer, sample):
     """Residual where the torque presses the stage well, its mean off; and how many rows that are."""
-    found = gap(built, sample).residual
-    pressed = np.abs(sample["torque_nm"]) > PRESSED * built.case.torque / NEWTON_METRE
+    found = measurement_residual(reducer, sample).residual
+    pressed = np.abs(sample["torque_nm"]) > PRESSED * reducer.case.torque / NEWTON_METRE
     left = found[pressed]
     assert np.all(np.isfinite(left))
     return left - np.mean(left), left.size
@@ -91,7 +91,7 @@ RUNOUT = {"name": "disc_runout", "amplitude_um": 3.2636, "phase_deg": 106.842, "
 @pytest.mark.parametrize(("file", "within"), [("te_light", 0.04), ("lost_motion", 0.08)])
 def test_runout_of_one_disc_read_at_rated_torque_foretells_the_other_files(built_with, measured, file, within):
     sample = read_measurement(measured / "te_disc_runout" / f"{file}.csv")
-    found = gap(built_with({**RUNOUT, "form": 2}), sample)
+    found = measurement_residual(built_with({**RUNOUT, "form": 2}), sample)
     assert found.rms == pytest.approx(NOISE[found.unit], rel=within)
 
 
@@ -99,8 +99,8 @@ def test_runout_of_one_disc_read_at_rated_torque_foretells_the_other_files(built
 @pytest.mark.parametrize("file", ["te_rated", "te_light", "lost_motion"])
 def test_another_effect_does_not_foretell_them(built_with, drawn, measured, file):
     sample = read_measurement(measured / "te_disc_runout" / f"{file}.csv")
-    found = gap(built_with({**RUNOUT, "form": 2}), sample)
+    found = measurement_residual(built_with({**RUNOUT, "form": 2}), sample)
     assert found.rms < 1.1 * NOISE[found.unit]
-    assert gap(drawn, sample).rms > 25.0 * NOISE[found.unit]
+    assert measurement_residual(drawn, sample).rms > 25.0 * NOISE[found.unit]
     # The same amplitude, but of a tooth moved as a whole.
-    assert gap(built_with(RUNOUT), sample).rms > 10.0 * NOISE[found.unit]
+    assert measurement_residual(built_with(RUNOUT), sample).rms > 10.0 * NOISE[found.unit]

@@ -8,12 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cycloid_profile.compensation.fixed_point import compensate_by
-from cycloid_profile.contact.backlash import input_locked_factor
-from cycloid_profile.effects.built import as_drawn
+from cycloid_profile.compensation import compensate_by
+from cycloid_profile.contact.mesh import input_locked_factor
+from cycloid_profile.effects import as_drawn
 from cycloid_profile.errors import SolveError
-from cycloid_profile.rig.maps import backlash_map
-from cycloid_profile.rig.reversal import ARTICLE_SPEED, reversal_run
+from cycloid_profile.rig import ARTICLE_SPEED, backlash_map, reversal_run
 from cycloid_profile.units import ARCMIN, DEGREE
 
 DELTA = 1.6e-3
@@ -76,7 +75,7 @@ def test_an_unmodified_tooth_has_no_backlash(drawn):
 
 
 @pytest.mark.slow
-def test_compensation_takes_away_what_it_is_made_for(drawn, run):
+def test_compensation_reduces_backlash_by_its_amount(drawn, run):
     case = drawn.case
     compensated = reversal_run(as_drawn(replace(case, profile=compensate_by(case, DELTA).profile)), duration=0.6)
     wanted = 2.0 * DELTA / case.drive.trochoid.longest_lever * input_locked_factor(case.drive)
@@ -85,7 +84,7 @@ def test_compensation_takes_away_what_it_is_made_for(drawn, run):
     np.testing.assert_allclose(less, wanted, rtol=0.05)
 
 
-def test_no_energy_comes_from_nowhere(run):
+def test_energy_is_not_created(run):
     # Work of the input less that of the output, through the stage: stored or lost, and never less than nothing.
     middle = 0.5 * (run.torque[1:] + run.torque[:-1])
     spent = np.cumsum(middle * np.diff(run.lag))

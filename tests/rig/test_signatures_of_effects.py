@@ -3,10 +3,10 @@
 Source: a table of effects computed by direct numerical geometry, 3 µm each unless said, for an RV-40E with 6 µm
 equidistant, b = 11.5 mm, T = 412 N·m, two discs on three cranks with bearings of 4e5 N/mm. Transmission error (TE) is
 peak to peak in ″ at 3 % and at 100 % of the torque; lost motion (LM) is the angle between ±3 % in ′, mean and peak to
-peak. Orders are per turn of the output: multiples of 39 for what stands in the housing, of 40 for what turns.
+peak. Orders are per turn of the output: multiples of 39 for parts fixed in the housing, of 40 for rotating parts.
 
 Tolerance: orders exact, amplitudes 15 %, for numbers given with two digits. On top TE at 100 % may miss the mesh
-ripple, 0.31″ in the table and 0.16″ here (``tests/contact/test_signature_table.py`` says why), and LM the ripple of
+ripple, 0.31″ in the table and 0.16″ here (see ``tests/contact/test_signature_table.py``), and LM the ripple of
 0.0015′. The table's disc runout is removal by the angle alone, ``form`` 2.
 """
 
@@ -17,8 +17,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from cycloid_profile.rig.maps import lost_motion_map
-from cycloid_profile.rig.transmission import POSES, spectrum, transmission_error
+from cycloid_profile.rig import lost_motion_map, spectrum, transmission_error
+from cycloid_profile.rig.curves_over_turn import TRANSMISSION_POSES
 from cycloid_profile.units import ARCMIN, ARCSEC
 
 LIGHT = 0.03
@@ -82,13 +82,13 @@ def strongest(values, count=1) -> list[int]:
     return [int(order) + 1 for order in np.argsort(spectrum(values)[1:])[::-1][:count]]
 
 
-def check(built, row: Row, poses: int = POSES) -> None:
-    torque = built.case.torque
-    light, full = (transmission_error(built, share * torque, poses) for share in (LIGHT, 1.0))
+def check(reducer, row: Row, poses: int = TRANSMISSION_POSES) -> None:
+    torque = reducer.case.torque
+    light, full = (transmission_error(reducer, share * torque, poses) for share in (LIGHT, 1.0))
     assert light.peak_to_peak / ARCSEC == pytest.approx(row.te[0], rel=WITHIN)
     assert full.peak_to_peak / ARCSEC == pytest.approx(row.te[1], abs=WITHIN * row.te[1] + RIPPLE)
     assert strongest(light.error, len(row.orders)) == list(row.orders)
-    lost = lost_motion_map(built, poses=poses).value / ARCMIN
+    lost = lost_motion_map(reducer, poses=poses).value / ARCMIN
     mean, spread = row.lost_motion
     assert np.mean(lost) == pytest.approx(mean, rel=WITHIN)
     assert np.ptp(lost) == pytest.approx(spread, abs=WITHIN * spread + LM_RIPPLE)
@@ -127,9 +127,9 @@ def test_play_of_the_crank_bearings_is_flat(built_with):
 
 
 def test_a_kelvin_takes_lost_motion(built_with, drawn):
-    # −0.053′/K, and nothing else: all lobes are alike still.
+    # −0.053′/K, and nothing else: all lobes are still identical.
     warmer = built_with({"name": "thermal_growth", "temperature_k": 1.0})
-    warm, at_rest = (lost_motion_map(built, poses=120).value for built in (warmer, drawn))
+    warm, at_rest = (lost_motion_map(reducer, poses=120).value for reducer in (warmer, drawn))
     assert np.mean(warm - at_rest) / ARCMIN == pytest.approx(-0.053, abs=1e-3)
     assert np.ptp(warm) < LM_RIPPLE * ARCMIN
 

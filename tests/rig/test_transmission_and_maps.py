@@ -7,12 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cycloid_profile.contact.backlash import backlash, first_order_backlash, input_locked_factor
+from cycloid_profile.contact.mesh import backlash, first_order_backlash, input_locked_factor
 from cycloid_profile.errors import LoadError
-from cycloid_profile.rig.hysteresis import hysteresis_loop
-from cycloid_profile.rig.maps import backlash_map, lost_motion_map, rigidity_map
-from cycloid_profile.rig.sweep import SHARES, torque_sweep
-from cycloid_profile.rig.transmission import carrier_rotation, spectrum, transmission_error
+from cycloid_profile.rig import hysteresis_loop, lost_motion_map, spectrum, transmission_error
+from cycloid_profile.rig.curves_over_turn import SHARES, backlash_map, encoder_readings, rigidity_map, torque_sweep
 from cycloid_profile.units import ARCMIN, ARCSEC, NEWTON_METRE
 
 
@@ -38,9 +36,9 @@ def test_error_has_no_mean_and_runs_with_the_output(drawn):
 def test_all_torques_in_one_batch_are_each_by_itself(built_with):
     off = built_with({"name": "pin_ring_runout", "amplitude_um": 3.0})
     torque = np.array([0.03, -0.5, 1.0]) * off.case.torque
-    together = carrier_rotation(off, torque, 40)
+    together = encoder_readings(off, torque, 40)
     for T, row in zip(torque, together, strict=True):
-        np.testing.assert_array_equal(carrier_rotation(off, np.array([T]), 40)[0], row)
+        np.testing.assert_array_equal(encoder_readings(off, np.array([T]), 40)[0], row)
 
 
 @pytest.mark.parametrize("torque", [0.0, np.nan, np.inf])
@@ -79,7 +77,7 @@ def test_lost_motion_is_the_centreline_of_the_loop(built_with):
     at = lost_motion_map(off, poses=12)
     loop = hysteresis_loop(off, points=2000, output_angle=float(at.output_angle[5]), before=1.0)
     top, bottom = int(np.argmax(loop.torque)), int(np.argmin(loop.torque))
-    # Friction moved both branches alike along the torque: undone, they are the line of the map.
+    # Friction moved both branches equally along the torque: undone, they are the line of the map.
     falling, rising = slice(top + 200, bottom - 200), slice(bottom + 200, None)
     for branch in (falling, rising):
         left, angle = loop.stage_torque[branch], loop.angle[branch]
@@ -120,3 +118,28 @@ def test_error_of_few_pins_shrinks_with_load_and_error_of_one_disc_does_not(buil
         built_with({"name": "disc_runout", "amplitude_um": 3.0, "disc": 1, "form": 2}), np.array([0.03, 1.0]), 200
     )
     assert disc.transmission_error[1] == pytest.approx(disc.transmission_error[0], rel=0.05)
+
+
+@pytest.mark.parametrize(
+    "measure",
+    [
+        lambda reducer: reducer,
+        lambda reducer: transmission_error(reducer, reducer.case.torque, 12),
+        lambda reducer: lost_motion_map(reducer, poses=12),
+        lambda reducer: rigidity_map(reducer, 12),
+        lambda reducer: hysteresis_loop(reducer, points=20),
+    ],
+)
+def test_results_introduce_themselves_in_few_lines_with_units(drawn, measure):
+    shown = repr(measure(drawn))
+    assert 3 < len(shown.splitlines()) <= 15
+    assert "N·m" in shown
+
+
+def test_curves_become_tables_in_the_units_of_files(drawn):
+    pytest.importorskip("pandas")
+    error = transmission_error(drawn, drawn.case.torque, 12)
+    np.testing.assert_allclose(error.to_frame()["error_arcsec"], error.error / ARCSEC)
+    rigidity = rigidity_map(drawn, 12)
+    np.testing.assert_allclose(rigidity.to_frame()["value_nm_per_arcmin"], rigidity.value * ARCMIN / NEWTON_METRE)
+    assert set(hysteresis_loop(drawn, points=20).to_frame()) == {"torque_nm", "stage_torque_nm", "angle_arcmin"}

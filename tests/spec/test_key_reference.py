@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from cycloid_profile.spec.reference import key_reference
+from cycloid_profile.spec.io import key_reference
 
 PAGE = Path(__file__).parents[2] / "docs" / "spec.md"
 

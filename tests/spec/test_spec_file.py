@@ -1,4 +1,4 @@
-"""The spec file in and out: round trips, defaults, schema, and what its refusals say."""
+"""The spec file in and out: round trips, defaults, schema, and the parts of a refusal."""
 
 from __future__ import annotations
 
@@ -13,14 +13,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cycloid_profile.errors import SpecError
-from cycloid_profile.spec.drive import CranksSpec, DriveSpec
-from cycloid_profile.spec.effect_names import EFFECT_NAMES
-from cycloid_profile.spec.export import FORMATS, ExportSpec
-from cycloid_profile.spec.model import Spec
-from cycloid_profile.spec.modification import ModificationSpec
-from cycloid_profile.spec.read import parse_spec, read_spec
-from cycloid_profile.spec.schema import SCHEMA_FILE, spec_schema
-from cycloid_profile.spec.write import format_spec
+from cycloid_profile.spec import SCHEMA_FILE, Spec, format_spec, parse_spec, read_spec, spec_schema
+from cycloid_profile.spec.model import EFFECT_NAMES, CranksSpec, DriveSpec, ExportSpec, ModificationSpec
+from cycloid_profile.spec.model.export import FORMATS
 
 ROOT = Path(__file__).parents[2]
 RV40E = ROOT / "examples" / "rv40e.toml"
@@ -110,6 +105,10 @@ def test_schema_accepts_what_the_reader_accepts_and_refuses_what_it_refuses() ->
     for table, key, value in (("drive", "pins", 2), ("drive", "pinz", 40), ("load", "rated_torque_nm", 0)):
         wrong = {**raw, table: {**raw[table], key: value}}
         assert not validator.is_valid(wrong), (table, key, value)
+    for name in (*EFFECT_NAMES, "sun_runuot"):
+        effects = [{"name": name, "amplitude_um": {}}]
+        for tables in ({"effects": effects}, {"tolerance": {"effects": effects}}):
+            assert validator.is_valid({**raw, **tables}) == (name in EFFECT_NAMES), (name, tables)
 
 
 @pytest.mark.parametrize(
@@ -154,7 +153,7 @@ def test_a_refusal_has_four_parts(old: str, new: str, what: str, value: str, say
     assert error.exit_code == 2
 
 
-def test_a_file_that_is_not_toml_is_told_with_its_line() -> None:
+def test_a_file_that_is_not_toml_is_refused_with_its_line() -> None:
     with pytest.raises(SpecError, match=r"line 2"):
         parse_spec("[drive]\npins = \n")
 

@@ -15,22 +15,17 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from cycloid_profile.effects.built import Built
-from cycloid_profile.effects.coordinates import coordinates
-from cycloid_profile.effects.registry import EFFECTS
+from cycloid_profile.effects import EFFECTS, AsBuiltReducer, coordinates
 from cycloid_profile.errors import AllocationError, SpecError
-from cycloid_profile.tolerance.allocated import Status
-from cycloid_profile.tolerance.allocation import Effort, allocate
-from cycloid_profile.tolerance.cheapest import Sample, cheapest
-from cycloid_profile.tolerance.clearance import Clearance, clearance
-from cycloid_profile.tolerance.distribution import Normal
-from cycloid_profile.tolerance.draws import Draws
-from cycloid_profile.tolerance.limits import Limit, limits_of, within
-from cycloid_profile.tolerance.patterns import unit_changes
-from cycloid_profile.tolerance.quantities import BacklashAnswers
-from cycloid_profile.tolerance.scatter import Cost, Scatter, Tolerances
-from cycloid_profile.tolerance.sequence import Sobol
-from cycloid_profile.tolerance.smooth_quantile import SmoothQuantile
+from cycloid_profile.tolerance.allocation import SampleSizes, allocate
+from cycloid_profile.tolerance.allocation._optimum import Sample, SmoothQuantile, cheapest
+from cycloid_profile.tolerance.allocation.result import AllocationStatus
+from cycloid_profile.tolerance.inputs import Cost, Limit, Scatter, Tolerances, limits_of, within
+from cycloid_profile.tolerance.inputs.distribution import Normal
+from cycloid_profile.tolerance.model import unit_changes
+from cycloid_profile.tolerance.model._crank_locked import CrankLockedBacklash, crank_locked_backlash
+from cycloid_profile.tolerance.model.quantities import BacklashQuantities
+from cycloid_profile.tolerance.study import Draws, Sobol
 
 NAMES = ("equidistant_error", "pin_radius_error", "pin_circle_radius_error", "radial_moving_error")
 WEIGHTS, COSTS, SIGMAS, MEANS = (
@@ -40,7 +35,7 @@ WEIGHTS, COSTS, SIGMAS, MEANS = (
 LIMIT = 2.0
 UP_TO = (Limit("sum_um", at_most=LIMIT),)
 WIDE = {"finest": 0.01, "coarsest": 100.0}
-EFFORT = Effort(8192, 32768)
+EFFORT = SampleSizes(8192, 32768)
 
 
 @dataclass(frozen=True)
@@ -93,7 +88,7 @@ def exact_optimum(share: float, exponent: float) -> tuple[np.ndarray, float]:
 @pytest.mark.parametrize("exponent", [1.0, 2.0])
 @pytest.mark.parametrize("share", [0.9, 0.99])
 def test_linear_normal_response_has_the_closed_form(share: float, exponent: float) -> None:
-    found = allocate(four(exponent), Linear(), UP_TO, share, Effort(16384, 65536))
+    found = allocate(four(exponent), Linear(), UP_TO, share, SampleSizes(16384, 65536))
     ratios = np.array([line.ratio for line in found.lines])
     # About 0.08 (99 %: 0.01) of 16,384 reducers tell the gradient: 3 % (8 %) a ratio, of which (k+2) takes its part.
     expected, _ = exact_optimum(exact_yield(ratios), exponent)
@@ -101,7 +96,7 @@ def test_linear_normal_response_has_the_closed_form(share: float, exponent: floa
     # A cost is flat about its optimum: what is off is the square of the above. None is below the optimum at its yield.
     _, least = exact_optimum(exact_yield(ratios), exponent)
     assert (1.0 - 1e-12) * least <= found.cost_after <= 1.005 * least
-    assert found.status is Status.CONFIRMED
+    assert found.status is AllocationStatus.CONFIRMED
     assert exact_yield(ratios) >= share
     # dC/dP: cost goes with the power k of the quantile z, and dz/dP = 1/φ(z).
     z = norm.ppf(found.aimed)
@@ -169,30 +164,32 @@ def test_bounds_are_kept_and_told() -> None:
 
 
 def test_all_coarsest_is_told() -> None:
-    found = allocate(four(finest=0.5, coarsest=1.5), Linear(), (Limit("sum_um", at_most=1e3),), 0.95, Effort(512, 512))
-    assert found.status is Status.LOOSEST
+    found = allocate(
+        four(finest=0.5, coarsest=1.5), Linear(), (Limit("sum_um", at_most=1e3),), 0.95, SampleSizes(512, 512)
+    )
+    assert found.status is AllocationStatus.LOOSEST
     assert [line.ratio for line in found.lines] == pytest.approx([1.5] * 4)
     assert found.cost_per_percent == 0.0
 
 
 def test_too_few_reducers_to_confirm_with_is_told() -> None:
     # 64 of 64 good reducers are 94.4 % at least: 95 % cannot be shown with so few.
-    found = allocate(four(), Linear(), UP_TO, 0.95, Effort(512, 64))
-    assert found.status is Status.UNCONFIRMED
+    found = allocate(four(), Linear(), UP_TO, 0.95, SampleSizes(512, 64))
+    assert found.status is AllocationStatus.UNCONFIRMED
     assert found.yield_after.low < 0.95
 
 
 def test_without_costs_all_are_given_the_same() -> None:
     draws = four()
     bare = replace(draws, tolerances=Tolerances(tuple(replace(one, cost=None) for one in draws.tolerances.scatters)))
-    found = allocate(bare, Linear(), UP_TO, 0.8, Effort(1024, 2048))
+    found = allocate(bare, Linear(), UP_TO, 0.8, SampleSizes(1024, 2048))
     assert found.assumed_costs
     assert found.cost_before == 4.0
-    assert not allocate(draws, Linear(), UP_TO, 0.8, Effort(1024, 2048)).assumed_costs
+    assert not allocate(draws, Linear(), UP_TO, 0.8, SampleSizes(1024, 2048)).assumed_costs
 
 
 def test_batches_do_not_change_the_answer_and_it_repeats() -> None:
-    effort = Effort(1024, 2048)
+    effort = SampleSizes(1024, 2048)
     plain = allocate(four(), Linear(), UP_TO, 0.9, effort)
     shared = tuple(replace(one, batch_share=0.8) for one in four().tolerances.scatters)
     batched = allocate(replace(four(), tolerances=Tolerances(shared)), Linear(), UP_TO, 0.9, effort)
@@ -224,7 +221,10 @@ def test_impossible_wishes_are_refused(limits: dict[str, Any], wanted: float, sa
 
 
 def test_limits_of_nothing_that_is_computed_are_refused() -> None:
-    for limits, said in (((), "leave nothing to reach"), ((Limit("backlash_arcmin", at_most=1.0),), "not computed")):
+    for limits, said in (
+        ((), "leave nothing to reach"),
+        ((Limit("backlash_arcmin", at_most=1.0),), "no quantity that is computed"),
+    ):
         with pytest.raises(SpecError, match=said):
             allocate(four(), Linear(), limits, 0.9)
 
@@ -232,7 +232,7 @@ def test_limits_of_nothing_that_is_computed_are_refused() -> None:
 def test_nothing_to_change_is_refused() -> None:
     free = tuple(replace(one, cost=Cost(0.0, fixed=2.0)) for one in four().tolerances.scatters)
     with pytest.raises(SpecError, match="changes with the tolerance"):
-        allocate(replace(four(), tolerances=Tolerances(free)), Linear(), UP_TO, 0.9, Effort(64, 64))
+        allocate(replace(four(), tolerances=Tolerances(free)), Linear(), UP_TO, 0.9, SampleSizes(64, 64))
 
 
 @pytest.mark.parametrize("share", [0.5, 0.95, 0.999])
@@ -265,39 +265,41 @@ def pins_and_discs(scattered: Callable[..., Tolerances]) -> Tolerances:
 
 
 @pytest.fixture(scope="module")
-def play(small: Built, pins_and_discs: Tolerances) -> Clearance:
-    return clearance(small, unit_changes(small, pins_and_discs), 7)
+def play(small: AsBuiltReducer, pins_and_discs: Tolerances) -> CrankLockedBacklash:
+    return crank_locked_backlash(small, unit_changes(small, pins_and_discs), 7)
 
 
-def test_slopes_of_the_backlash_are_those_of_its_contacts(play: Clearance, pins_and_discs: Tolerances) -> None:
+def test_slopes_of_the_backlash_are_those_of_its_contacts(
+    play: CrankLockedBacklash, pins_and_discs: Tolerances, backlash_gradient
+) -> None:
     """Differences of whole samples against Danskin's theorem: Σ gradient·x over the columns of a scatter."""
     draws = Draws(pins_and_discs)
-    answers = BacklashAnswers(play)
+    answers = BacklashQuantities(play)
     sample = Sample.drawn(draws, answers, limits_of({"backlash_arcmin": 5.0}, answers.names), 1024)
     quantile, u = SmoothQuantile.of(0.9, 1024), np.zeros(4)
     worst = sample.worst(u)
     rows = quantile.members(worst)
     x = draws.from_normals(sample.z[rows])
-    by_scatter = np.add.reduceat(play.gradient(x) * x, draws.columns[:-1], axis=1)
+    by_scatter = np.add.reduceat(backlash_gradient(play, x) * x, draws.columns[:-1], axis=1)
     exact = quantile.weights @ by_scatter / (math.radians(1.0 / 60.0) * sample.margin.scale[0])
     assert sample.gradient(u, worst, quantile) == pytest.approx(exact, rel=1e-3, abs=1e-4)
 
 
-def test_backlash_of_a_small_reducer_that_may_not_bind(play: Clearance, pins_and_discs: Tolerances) -> None:
-    answers = BacklashAnswers(play)
+def test_backlash_of_a_small_reducer_that_may_not_bind(play: CrankLockedBacklash, pins_and_discs: Tolerances) -> None:
+    answers = BacklashQuantities(play)
     drawn = answers.of(np.zeros((1, play.by_unit.shape[1])))[0]
     limits = (
         Limit("backlash_arcmin", at_most=drawn[0] + 0.2),
         Limit("least_backlash_arcmin", at_least=0.7 * drawn[1]),
     )
-    found = allocate(Draws(pins_and_discs), answers, limits, 0.9, Effort(1024, 4096))
-    assert found.status is Status.CONFIRMED
+    found = allocate(Draws(pins_and_discs), answers, limits, 0.9, SampleSizes(1024, 4096))
+    assert found.status is AllocationStatus.CONFIRMED
     fresh = answers.of(replace(Draws(pins_and_discs), tolerances=found.tolerances, seed=99).coordinates(0, 4096, 0))
     assert np.mean(within(fresh, answers.names, found.limits)) >= 0.9 - 0.01
 
 
 @pytest.mark.slow
-def test_backlash_of_the_rv40e(large: Built, scattered: Callable[..., Tolerances]) -> None:
+def test_backlash_of_the_rv40e(large: AsBuiltReducer, scattered: Callable[..., Tolerances]) -> None:
     """What a shop knows: position and size of pins are dear, radii cheap; a single search keeps both limits."""
     tolerances = scattered(
         {"name": "single_pin_error", "each": "pin", "amount_um": {}, "cost": 4.0},
@@ -305,12 +307,12 @@ def test_backlash_of_the_rv40e(large: Built, scattered: Callable[..., Tolerances
         {"name": "equidistant_error", "each": "disc", "amount_um": {}, "cost": 1.0},
         {"name": "pin_circle_radius_error", "amount_um": {}, "cost": 1.0},
         {"name": "pin_ring_runout", "amplitude_um": {}, "cost": 1.0},
-        built=large,
+        reducer=large,
     )
-    answers = BacklashAnswers(clearance(large, unit_changes(large, tolerances)))
+    answers = BacklashQuantities(crank_locked_backlash(large, unit_changes(large, tolerances)))
     limits = limits_of({"backlash_arcmin": 1.0, "least_backlash_arcmin": (0.2, None)}, answers.names)
-    found = allocate(Draws(tolerances), answers, limits, 0.95, Effort(2048, 8192))
-    assert found.status is Status.CONFIRMED
+    found = allocate(Draws(tolerances), answers, limits, 0.95, SampleSizes(2048, 8192))
+    assert found.status is AllocationStatus.CONFIRMED
     assert found.yield_after.low >= 0.95 > found.yield_before.high
     fresh = answers.of(replace(Draws(tolerances), tolerances=found.tolerances, seed=99).coordinates(0, 8192, 0))
     assert np.mean(within(fresh, answers.names, found.limits)) >= 0.95 - 0.005

@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 
-from cycloid_profile.tolerance.allocated import Allocation, Status
+from cycloid_profile.tolerance.allocation import Allocation
+from cycloid_profile.tolerance.allocation.result import AllocationStatus
 
 ROOT = Path(__file__).parents[2]
 NUMBER = re.compile(r"\d+\.\d+")
@@ -22,7 +23,7 @@ def test_the_table_is_that_of_the_example(monkeypatch: pytest.MonkeyPatch) -> No
     names: dict[str, Any] = {}
     exec(compile(code, "docs/allocation.md", "exec"), names)
     found: Allocation = names["found"]
-    assert found.status is Status.CONFIRMED
+    assert found.status is AllocationStatus.CONFIRMED
     assert found.saving_left < 1e-4
     rows = re.search(r"<!-- begin table -->\n(.*?)<!-- end table -->", page, re.DOTALL).group(1).splitlines()[2:]  # type: ignore[union-attr]
     for row, line in zip(rows, found.lines, strict=True):

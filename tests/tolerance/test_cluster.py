@@ -20,11 +20,8 @@ from pathlib import Path
 import pytest
 
 from cycloid_profile.errors import ToleranceError
-from cycloid_profile.tolerance.draws import Draws
-from cycloid_profile.tolerance.run import run
-from cycloid_profile.tolerance.scatter_tables import tolerances_of
-from cycloid_profile.tolerance.study import Study
-from cycloid_profile.tolerance.workers import Cluster, Threads
+from cycloid_profile.tolerance.inputs import tolerances_of
+from cycloid_profile.tolerance.study import Cluster, Draws, Study, Threads, run
 
 pytest.importorskip("distributed")
 # A worker without a scheduler leaves by itself, should these tests be killed before they can see to it.
@@ -162,7 +159,7 @@ def sentence(caught: pytest.ExceptionInfo[ToleranceError], address: str) -> str:
 
 
 def test_no_scheduler_is_one_sentence(study, tmp_path, monkeypatch):
-    monkeypatch.setattr("cycloid_profile.tolerance.workers._TIMEOUT", 1.0)
+    monkeypatch.setattr("cycloid_profile.tolerance.study.workers._TIMEOUT", 1.0)
     address = f"tcp://127.0.0.1:{free_port()}"
     with pytest.raises(ToleranceError) as caught:
         run(study, tmp_path, Cluster(address))
@@ -172,7 +169,7 @@ def test_no_scheduler_is_one_sentence(study, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("address", ["nowhere at all", "tcp://", "smoke://127.0.0.1:1", ""])
 def test_an_address_that_is_none_is_one_sentence(study, tmp_path, monkeypatch, address):
-    monkeypatch.setattr("cycloid_profile.tolerance.workers._TIMEOUT", 1.0)
+    monkeypatch.setattr("cycloid_profile.tolerance.study.workers._TIMEOUT", 1.0)
     with pytest.raises(ToleranceError) as caught:
         run(study, tmp_path, Cluster(address))
     sentence(caught, address)
@@ -182,7 +179,7 @@ def test_what_came_of_no_address_does_not_outlive_the_sentence(study, tmp_path, 
     # A client left to the garbage collector can be closed while the next one starts, and both wait for ever.
     import distributed
 
-    monkeypatch.setattr("cycloid_profile.tolerance.workers._TIMEOUT", 1.0)
+    monkeypatch.setattr("cycloid_profile.tolerance.study.workers._TIMEOUT", 1.0)
     for address in ("tcp://", f"tcp://127.0.0.1:{free_port()}"):
         with pytest.raises(ToleranceError):
             run(study, tmp_path, Cluster(address))
@@ -197,8 +194,8 @@ def test_a_scheduler_without_workers_is_one_sentence(study, scheduler, tmp_path)
 
 def test_a_chunk_that_fails_everywhere_is_one_sentence(study, scheduler, workers):
     # A study that the workers cannot compute: its reducers have no balance to start from.
-    case = replace(study.built.case, torque=1e12)
-    broken = replace(study, built=replace(study.built, case=case), wanted=("lost_motion_arcmin",))
+    case = replace(study.reducer.case, torque=1e12)
+    broken = replace(study, reducer=replace(study.reducer, case=case), wanted=("lost_motion_arcmin",))
     with pytest.raises(ToleranceError) as caught:
         for _ in Cluster(scheduler).results(broken, [0]):
             pass

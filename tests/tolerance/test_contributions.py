@@ -5,14 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cycloid_profile.contact.case import LoadCase
-from cycloid_profile.effects.built import as_drawn
-from cycloid_profile.modification.setup import Equidistant, modify
-from cycloid_profile.tolerance.contributions import contributions
-from cycloid_profile.tolerance.draws import Draws
-from cycloid_profile.tolerance.limits import Limit
-from cycloid_profile.tolerance.scatter_tables import tolerances_of
-from cycloid_profile.tolerance.study import Study
+from cycloid_profile.contact import LoadCase
+from cycloid_profile.effects import as_drawn
+from cycloid_profile.modification import Equidistant, modify
+from cycloid_profile.tolerance.inputs import Limit, tolerances_of
+from cycloid_profile.tolerance.ranking import contributions
+from cycloid_profile.tolerance.study import Draws, Study
 
 PINS = 40
 
@@ -23,7 +21,7 @@ def drawn(rv40e):
 
 
 class Formula:
-    """Quantities as a formula of the coordinates, in the place of ``Measures``."""
+    """Quantities as a formula of the coordinates, in the place of ``QuantityModel``."""
 
     def __init__(self, names, of) -> None:
         self.names, self.of, self.answers = names, of, (None,)
@@ -32,7 +30,7 @@ class Formula:
 def study(drawn, tables, formula=None, samples=4096, names=("backlash_arcmin",), **draws):
     found = Study(drawn, Draws(tolerances_of(tables, (), drawn), **draws), ("backlash_arcmin",), samples, 1024)
     if formula is not None:
-        found.__dict__["measures"] = Formula(names, formula)
+        found.__dict__["quantity_model"] = Formula(names, formula)
     return found
 
 

@@ -12,9 +12,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from cycloid_profile.tolerance.draws import Draws
-from cycloid_profile.tolerance.sequence import SEQUENCES, LatinHypercube, Random, Sobol, batch_normals
-from cycloid_profile.tolerance.study import Study
+from cycloid_profile.tolerance.study import SEQUENCES, Draws, Random, Sobol, Study
+from cycloid_profile.tolerance.study.draws import LatinHypercube, batch_normals
 
 COUNT = 4096
 PINS = 11

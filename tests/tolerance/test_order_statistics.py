@@ -13,16 +13,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from cycloid_profile.tolerance.limits import Limit
-from cycloid_profile.tolerance.order_statistics import order_statistics, spread_of
-from cycloid_profile.tolerance.summary import (
-    CONFIDENCE,
-    PERCENTS,
-    histogram,
-    percentile_ranks,
-    share_interval,
-    summarise,
-)
+from cycloid_profile.tolerance.inputs import Limit
+from cycloid_profile.tolerance.study import histogram, share_interval, summarise
+from cycloid_profile.tolerance.study.statistics import CONFIDENCE, order_statistics, spread_of
+from cycloid_profile.tolerance.study.summary import PERCENTS, percentile_ranks
 
 
 def chunked(values: np.ndarray, sizes: list[int]) -> list[np.ndarray]:

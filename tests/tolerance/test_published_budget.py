@@ -16,30 +16,30 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cycloid_profile.catalog.drives import catalog_drive
-from cycloid_profile.catalog.published import lost_motion_article
-from cycloid_profile.contact.case import LoadCase
-from cycloid_profile.design.from_spec import conventional_profile, drive_of, load_case
-from cycloid_profile.geometry.drive import Cranks, Drive
-from cycloid_profile.geometry.trochoid import Trochoid
-from cycloid_profile.modification.setup import Equidistant, modify
-from cycloid_profile.tolerance.exact_sensitivities import Bench
-from cycloid_profile.tolerance.published_budget import (
+from cycloid_profile.articles import (
     TABLE,
     TEXT,
     Budget,
-    Part,
-    PartErrors,
+    BudgetPart,
+    DifferenceSetup,
     budget_from_geometry,
+    printed_errors,
+)
+from cycloid_profile.articles.lost_motion_budget import (
+    PartErrors,
     confidence_of_mean,
     cycloid_stage,
     cycloid_stage_as_published,
     eccentric_bearing,
     involute_stage,
     involute_stage_as_published,
-    printed_errors,
-    scatter_behind,
+    single_reducer_deviation,
 )
+from cycloid_profile.catalog import catalog_drive, lost_motion_article
+from cycloid_profile.contact import LoadCase
+from cycloid_profile.design.from_spec import conventional_profile, drive_of, load_case
+from cycloid_profile.geometry import Cranks, Drive, Trochoid
+from cycloid_profile.modification import Equidistant, modify
 from cycloid_profile.units import ARCMIN, UM
 
 READINGS = [(TEXT, 0.389, 0.394, 1.173), (TABLE, 0.195, 0.589, 0.978)]
@@ -52,7 +52,7 @@ NO_ERRORS = PartErrors(
 @pytest.fixture(scope="module")
 def geometry(rv40e: Drive) -> Budget:
     case = LoadCase(rv40e, modify(rv40e.theoretical_profile, Equidistant(6.0 * UM)), 412e3)
-    return budget_from_geometry(case, bench=Bench(case, poses=41))
+    return budget_from_geometry(case, setup=DifferenceSetup(case, poses=41))
 
 
 def in_arcmin(*angles: float) -> list[float]:
@@ -135,15 +135,15 @@ def test_bearing_on_the_crank_circle(rv40e):
 def test_the_printed_monte_carlo_is_the_confidence_of_a_mean():
     # 0.0036·√500/1.96 = 0.0411′, ±3 σ = ±0.123′; the budget's own would be ±0.0114′ or ±0.0057′.
     given_ = lost_motion_article().monte_carlo
-    assert 3 * scatter_behind(given_.plus_minus_arcmin, given_.runs) == pytest.approx(0.123, abs=5e-4)
+    assert 3 * single_reducer_deviation(given_.plus_minus_arcmin, given_.runs) == pytest.approx(0.123, abs=5e-4)
     own = [confidence_of_mean(one.of(lost_motion_article()).total, given_.runs) for one in (TEXT, TABLE)]
     assert in_arcmin(*own) == pytest.approx([0.0114, 0.0057], abs=5e-5)
     assert min(own) > given_.plus_minus_arcmin * ARCMIN
 
 
 def test_confidence_and_scatter_undo_each_other():
-    part = Part(0.0, 0.3)
-    assert 6.0 * scatter_behind(confidence_of_mean(part, 77), 77) == pytest.approx(part.tolerance)
+    part = BudgetPart(0.0, 0.3)
+    assert 6.0 * single_reducer_deviation(confidence_of_mean(part, 77), 77) == pytest.approx(part.tolerance)
 
 
 # From geometry.
@@ -172,14 +172,14 @@ def test_bearing_from_geometry_is_that_of_the_stage_model(geometry, rv40e):
 def test_play_of_the_drawing_is_the_mean(rv40e):
     played = replace(rv40e, support=replace(rv40e.support, bearing_play=2.0 * UM))
     case = LoadCase(played, modify(rv40e.theoretical_profile, Equidistant(6.0 * UM)), 412e3)
-    part = budget_from_geometry(case, bench=Bench(case, poses=7)).bearing
+    part = budget_from_geometry(case, setup=DifferenceSetup(case, poses=7)).bearing
     assert part.mean == pytest.approx(2.0 * 2.0 * UM / 36.0, rel=2e-2)
 
 
 def test_thinner_teeth_give_play(rv40e):
     thinner = replace(NO_ERRORS, normal_length_upper_um=-10.0, normal_length_lower_um=-30.0)
     case = LoadCase(rv40e, modify(rv40e.theoretical_profile, Equidistant(6.0 * UM)), 412e3)
-    found = budget_from_geometry(case, thinner, Bench(case, poses=7)).involute
+    found = budget_from_geometry(case, thinner, DifferenceSetup(case, poses=7)).involute
     assert found.mean == pytest.approx(20.0 * UM / math.cos(math.radians(20.0)) / 9.0, rel=4e-4)
     assert (found.mean, found.tolerance) == pytest.approx(
         (involute_stage(thinner, 18.0).mean, involute_stage(thinner, 18.0).tolerance), rel=4e-4
@@ -190,7 +190,7 @@ def test_a_central_eccentric_has_one_part():
     spec = catalog_drive("printed_11")
     drive = drive_of(spec)
     case = load_case(spec, drive, conventional_profile(spec, drive))
-    budget = budget_from_geometry(case, bench=Bench(case, poses=7))
+    budget = budget_from_geometry(case, setup=DifferenceSetup(case, poses=7))
     assert budget.involute is None
     assert budget.bearing is None
     assert budget.total == budget.cycloid
@@ -200,7 +200,7 @@ def test_a_central_eccentric_has_one_part():
 # Every budget.
 
 angles = st.floats(1e-6, 1e-2)
-parts = st.builds(Part, angles, angles)
+parts = st.builds(BudgetPart, angles, angles)
 
 
 @given(parts, parts, parts, st.floats(1.0, 300.0))

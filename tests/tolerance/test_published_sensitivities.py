@@ -17,31 +17,26 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cycloid_profile.catalog.drives import catalog_drive
-from cycloid_profile.catalog.published import tooth_profile_article
-from cycloid_profile.contact.case import LoadCase
-from cycloid_profile.contact.gap import gaps
-from cycloid_profile.contact.meshing import mesh
-from cycloid_profile.contact.support import crank_turn_per_carrier_turn
-from cycloid_profile.design.from_spec import conventional_profile, drive_of, load_case
-from cycloid_profile.effects.built import as_drawn
-from cycloid_profile.effects.process import CumulativePitchError, DiscRunout, EquidistantError
-from cycloid_profile.geometry.drive import CentralEccentric, Drive, InvoluteStage
-from cycloid_profile.geometry.profile import undercut_limit
-from cycloid_profile.geometry.trochoid import Trochoid
-from cycloid_profile.modification.setup import Equidistant, modify
-from cycloid_profile.rig.maps import backlash_map
-from cycloid_profile.tolerance import sensitivity_formulas as formulas
-from cycloid_profile.tolerance.exact_sensitivities import (
-    BearingPlay,
-    Bench,
-    Directed,
-    Opening,
-    ScatteredPins,
+from cycloid_profile.articles import FACTORS, BacklashSensitivity, DifferenceSetup, sensitivities
+from cycloid_profile.articles import formulas as formulas
+from cycloid_profile.articles.backlash_sensitivities import RequiredPart, larger_eccentrics, weights
+from cycloid_profile.articles.finite_difference import (
+    bearing_play,
     by_effect,
+    one_sided,
+    output_per_sun_play,
+    scattered_pins,
 )
-from cycloid_profile.tolerance.first_stage import PRESSURE_ANGLE, InvolutePair, output_per_sun_play
-from cycloid_profile.tolerance.published_sensitivities import FACTORS, Needs, Sensitivity, sensitivities, weights
+from cycloid_profile.articles.formulas import PRESSURE_ANGLE, InvolutePair
+from cycloid_profile.catalog import catalog_drive, tooth_profile_article
+from cycloid_profile.contact import LoadCase
+from cycloid_profile.contact.bodies import crank_turn_per_carrier_turn
+from cycloid_profile.contact.mesh import gaps, mesh
+from cycloid_profile.design.from_spec import conventional_profile, drive_of, load_case
+from cycloid_profile.effects import CumulativePitchError, DiscRunout, EquidistantError, as_drawn
+from cycloid_profile.geometry import CentralEccentric, Drive, InvoluteStage, Trochoid, undercut_limit
+from cycloid_profile.modification import Equidistant, modify
+from cycloid_profile.rig import backlash_map
 from cycloid_profile.units import ARCMIN, UM
 
 FOUR_DECIMALS = 0.5e-4
@@ -53,13 +48,13 @@ def of(drive: Drive, equidistant: float = AMOUNT) -> LoadCase:
 
 
 @pytest.fixture(scope="module")
-def bench(rv40e: Drive) -> Bench:
-    return Bench(of(rv40e), poses=41)
+def setup(rv40e: Drive) -> DifferenceSetup:
+    return DifferenceSetup(of(rv40e), poses=41)
 
 
 @pytest.fixture(scope="module")
-def rows(bench: Bench) -> dict[int, Sensitivity]:
-    return {row.factor.number: row for row in sensitivities(bench.case, bench)}
+def rows(setup: DifferenceSetup) -> dict[int, BacklashSensitivity]:
+    return {row.factor.number: row for row in sensitivities(setup.case, setup)}
 
 
 # Published numbers.
@@ -117,17 +112,17 @@ def test_exact_contact_agrees_with_first_order(number, rows):
     assert row.geometry.one_disc == pytest.approx(row.geometry.mean, rel=1e-3)
 
 
-def test_crank_held_backlash_is_that_of_the_rig(bench, rv40e):
+def test_crank_held_backlash_is_that_of_the_rig(setup, rv40e):
     # The rig turns the whole stage with its input held: Eq. 33.
-    built = EquidistantError(2.0).apply(as_drawn(bench.case))
-    on_rig = backlash_map(built, 41).value
+    reducer = EquidistantError(2.0).apply(as_drawn(setup.case))
+    on_rig = backlash_map(reducer, 41).value
     factor = (rv40e.trochoid.lobes + crank_turn_per_carrier_turn(rv40e)) / rv40e.trochoid.lobes
-    np.testing.assert_allclose(on_rig * factor, bench.held(built).reducer, rtol=2e-4)
+    np.testing.assert_allclose(on_rig * factor, setup.backlash(reducer)[0], rtol=2e-4)
 
 
-def test_play_of_the_sun_reaches_the_output_over_the_ratio(bench, rv40e):
+def test_play_of_the_sun_reaches_the_output_over_the_ratio(setup, rv40e):
     # Under load the pins move on by what the crank is ahead, so that the wind-up is not quite the same: 2e-4.
-    assert output_per_sun_play(bench.case) == pytest.approx(1.0 / rv40e.reduction_ratio, rel=3e-4)
+    assert output_per_sun_play(setup.case) == pytest.approx(1.0 / rv40e.reduction_ratio, rel=3e-4)
 
 
 def test_first_stage_agrees_with_kinematics(rows):
@@ -156,17 +151,17 @@ def test_two_cranks_let_a_disc_shift_as_well(rv40e):
     # Along the line between the cranks a disc is free to first order. Play c taken up by a turn x and a shift d with
     # (r_c x)² + d² = c² turns it by x + d/(a z_c) where d is square to the crank, c/r_c where it is along it.
     two = replace(rv40e, support=replace(rv40e.support, count=2))
-    found, r_c, lever = BearingPlay().slope(Bench(of(two))), 36.0, rv40e.trochoid.longest_lever
+    found, r_c, lever = bearing_play(DifferenceSetup(of(two))), 36.0, rv40e.trochoid.longest_lever
     assert found.least == pytest.approx(1.0 / r_c, rel=2e-2)
     assert found.greatest == pytest.approx(math.hypot(1.0 / r_c, 1.0 / lever), rel=2e-2)
 
 
-def test_eccentricity_has_no_first_order_effect(rows, bench):
+def test_eccentricity_has_no_first_order_effect(rows, setup):
     # Half the printed 1.6544 would show; what is left are pins beside ψ0, whose mean over a mesh cycle is small.
     assert abs(rows[12].geometry.mean) < 0.15 * rows[12].printed
-    more, less = (bench.held(rows[12].factor.measure.reducer(bench.case, s * UM)) for s in (1.0, -1.0))
-    assert np.mean(more.reducer) < np.mean(bench.as_drawn.reducer)
-    assert np.mean(less.reducer) < np.mean(bench.as_drawn.reducer)
+    more, less = (setup.backlash(larger_eccentrics(setup.case, s * UM)) for s in (1.0, -1.0))
+    assert np.mean(more[0]) < np.mean(setup.nominal_backlash[0])
+    assert np.mean(less[0]) < np.mean(setup.nominal_backlash[0])
 
 
 @pytest.mark.parametrize("number", [7, 8, 9])
@@ -177,16 +172,16 @@ def test_what_differs_from_place_to_place_lowers_the_mean_backlash(number, rows)
 
 
 @pytest.mark.parametrize("effect", [DiscRunout, CumulativePitchError])
-def test_on_one_disc_what_comes_round_has_a_mean_of_second_order(effect, bench):
+def test_on_one_disc_what_comes_round_has_a_mean_of_second_order(effect, setup):
     amplitudes = np.array([0.5, 1.0, 2.0])
-    slopes = [Directed(effect, "").slope(replace(bench, step=a * UM, poses=23)).one_disc for a in amplitudes]
+    slopes = [one_sided(by_effect(effect))(replace(setup, step=a * UM, poses=23)).one_disc for a in amplitudes]
     assert np.polyfit(np.log(amplitudes), np.log(-np.array(slopes)), 1)[0] == pytest.approx(1.0, abs=0.25)
 
 
-def test_scatter_of_pins_by_patterns_of_the_gaps(bench):
+def test_scatter_of_pins_by_patterns_of_the_gaps(setup):
     """To first order a pin shift adds its part along the normal to the gap, and the nearest pin stops the disc."""
-    drive, case = bench.case.drive, bench.case
-    few = replace(bench, poses=7)
+    drive, case = setup.case.drive, setup.case
+    few = replace(setup, poses=7)
     meshing = mesh(drive.trochoid, few.crank_angle, drive.discs)
     shift = UM * np.random.default_rng(3).standard_normal(40) * 1j * np.exp(2j * np.pi * np.arange(40) / 40)
     turned = []
@@ -195,13 +190,13 @@ def test_scatter_of_pins_by_patterns_of_the_gaps(bench):
         seen = gaps(case.profile, drive.pin_radius, meshing, rotation=np.full((7, 2), start))
         reach = np.where(way * seen.lever > 10.0, (seen.gap + (np.conj(seen.normal) * shift).real), np.inf)
         turned.append(start + way * np.min(reach / np.abs(seen.lever), axis=(1, 2)))
-    exact = few.held(replace(as_drawn(case), pin_shift=shift)).reducer
+    exact = few.backlash(replace(as_drawn(case), pin_shift=shift))[0]
     np.testing.assert_allclose(turned[0] - turned[1], exact, atol=2e-3 * ARCMIN)
 
 
-def test_more_scatter_of_the_pins_lowers_the_backlash_more(bench):
-    few = replace(bench, poses=7)
-    slopes = [ScatteredPins(8).slope(replace(few, step=s * UM)).mean * s for s in (0.5, 2.0)]
+def test_more_scatter_of_the_pins_lowers_the_backlash_more(setup):
+    few = replace(setup, poses=7)
+    slopes = [scattered_pins(replace(few, step=s * UM), 8).mean * s for s in (0.5, 2.0)]
     assert 0.0 > slopes[0] > slopes[1]
 
 
@@ -224,9 +219,9 @@ def cases(draw):
 @given(cases())
 def test_geometry_meets_the_formulas_on_any_drive(case):
     # Amounts of 1e-5 of the size: what is left is the second order of gaps beside ψ0.
-    bench = Bench(case, step=1e-6 * case.drive.trochoid.pin_circle_radius, poses=1)
+    setup = DifferenceSetup(case, step=1e-6 * case.drive.trochoid.pin_circle_radius, poses=1)
     for number, factor in ((10, formulas.pin_radius), (11, formulas.pin_circle)):
-        found = FACTORS[number - 1].measure.slope(bench).mean
+        found = FACTORS[number - 1].method(setup).mean
         assert found == pytest.approx(factor(case.drive), rel=2e-3)
 
 
@@ -242,7 +237,7 @@ def test_sensitivities_fall_as_the_drive_grows(case, size):
         assert factor.corrected(larger.drive) == pytest.approx(factor.corrected(drive) / size)
     step = 1e-6 * drive.trochoid.pin_circle_radius
     small, big = (
-        Directed(DiscRunout, "").slope(Bench(one, step=s, poses=3)).mean
+        one_sided(by_effect(DiscRunout))(DifferenceSetup(one, step=s, poses=3)).mean
         for one, s in ((case, step), (larger, size * step))
     )
     assert big == pytest.approx(small / size, rel=1e-6, abs=1e-9 / drive.trochoid.pin_circle_radius)
@@ -268,8 +263,8 @@ def test_formulas_scale_with_eccentricity_lobes_and_pin_circle(pins, r_p, K1, sh
 # Drives that lack a part.
 
 
-def small(case: LoadCase) -> dict[int, Sensitivity]:
-    return {row.factor.number: row for row in sensitivities(case, Bench(case, poses=7))}
+def small(case: LoadCase) -> dict[int, BacklashSensitivity]:
+    return {row.factor.number: row for row in sensitivities(case, DifferenceSetup(case, poses=7))}
 
 
 def test_a_central_eccentric_has_neither_first_stage_nor_crank_bearings():
@@ -297,28 +292,28 @@ def test_a_tooth_without_clearance_is_measured_where_an_error_opens_it(rv40e):
 def test_cranks_without_a_first_stage_keep_their_bearings(rv40e):
     found = small(of(replace(rv40e, first_stage=None)))
     assert {number for number, row in found.items() if row.geometry is None} == {1, 2, 3}
-    assert found[1].why == Needs.FIRST_STAGE.value
+    assert found[1].why == RequiredPart.FIRST_STAGE.value
 
 
 def test_a_single_disc_is_its_own_reducer(rv40e):
-    slope = Directed(DiscRunout, "").slope(Bench(of(replace(rv40e, discs=1)), poses=11))
+    slope = one_sided(by_effect(DiscRunout))(DifferenceSetup(of(replace(rv40e, discs=1)), poses=11))
     assert slope.one_disc == slope.mean
 
 
 def test_the_first_stage_does_not_matter_to_the_bearings(rv40e):
     with_stage, without = (
-        BearingPlay().slope(Bench(of(drive), poses=7)).mean for drive in (rv40e, replace(rv40e, first_stage=None))
+        bearing_play(DifferenceSetup(of(drive), poses=7)).mean for drive in (rv40e, replace(rv40e, first_stage=None))
     )
     assert with_stage == without
 
 
-def test_amounts_of_the_set_up_and_errors_of_it_are_the_same_geometry(bench):
-    few = replace(bench, poses=5)
-    by_setup = FACTORS[14].measure.slope(few).mean
-    by_error = FACTORS[10].measure.slope(few).mean
+def test_amounts_of_the_set_up_and_errors_of_it_are_the_same_geometry(setup):
+    few = replace(setup, poses=5)
+    by_setup = FACTORS[14].method(few).mean
+    by_error = FACTORS[10].method(few).mean
     assert by_setup == pytest.approx(by_error, rel=1e-12)
 
 
-def test_more_of_an_error_is_the_same_slope(bench):
-    one, two = (Opening(by_effect(EquidistantError)).slope(replace(bench, step=s * UM, poses=5)).mean for s in (1, 2))
+def test_more_of_an_error_is_the_same_slope(setup):
+    one, two = (one_sided(by_effect(EquidistantError))(replace(setup, step=s * UM, poses=5)).mean for s in (1, 2))
     assert one == pytest.approx(two, rel=1e-3)

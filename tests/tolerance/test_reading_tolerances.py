@@ -7,17 +7,13 @@ from typing import Any
 
 import pytest
 
-from cycloid_profile.contact.case import LoadCase
-from cycloid_profile.effects.built import Built, as_drawn
-from cycloid_profile.effects.effect import parameters
-from cycloid_profile.effects.registry import EFFECTS
+from cycloid_profile.contact import LoadCase
+from cycloid_profile.effects import EFFECTS, AsBuiltReducer, as_drawn, parameters
 from cycloid_profile.errors import SpecError
-from cycloid_profile.geometry.drive import CentralEccentric, Drive
-from cycloid_profile.geometry.trochoid import Trochoid
-from cycloid_profile.modification.setup import Equidistant, modify
-from cycloid_profile.tolerance.distribution import Normal, Rayleigh, Triangular, Uniform
-from cycloid_profile.tolerance.scatter_tables import tolerances_of
-from cycloid_profile.tolerance.workshop import workshop_tolerances
+from cycloid_profile.geometry import CentralEccentric, Drive, Trochoid
+from cycloid_profile.modification import Equidistant, modify
+from cycloid_profile.tolerance.inputs import Rayleigh, tolerances_of, typical_tolerances
+from cycloid_profile.tolerance.inputs.distribution import Normal, Triangular, Uniform
 
 BODY = {"name": "equidistant_error", "amount_um": {"plus_minus": 2.0}}
 PIN = {"name": "single_pin_error", "each": "pin", "amount_um": {}}
@@ -25,7 +21,7 @@ RUNOUT = {"name": "disc_runout", "amplitude_um": {"plus_minus": 2.0}}
 
 
 @pytest.fixture(scope="module")
-def plain() -> Built:
+def plain() -> AsBuiltReducer:
     """One disc on a central eccentric: no cranks, no planets."""
     drive = Drive(Trochoid(11, 25.0, 1.2), 2.5, 8.0, 1, CentralEccentric(2e4))
     return as_drawn(LoadCase(drive, modify(drive.theoretical_profile, Equidistant(0.02)), 5e3))
@@ -75,6 +71,10 @@ def test_each_part_has_its_own(scattered, small):
     assert [choice["pin"] for choice in pins.choices] == list(range(1, 12))
     (bores,) = scattered({"name": "crank_hole_error", "each": ["disc", "crank"], "amplitude_um": {}}).scatters
     assert [(one["disc"], one["crank"]) for one in bores.choices] == [(d, c) for d in (1, 2) for c in (1, 2, 3)]
+    (bores,) = scattered({"name": "carrier_bore_error", "each": "crank", "amplitude_um": {}}).scatters
+    assert [one["crank"] for one in bores.choices] == [1, 2, 3]
+    (planets,) = scattered({"name": "planet_runout", "each": "planet", "amplitude_um": {}}).scatters
+    assert [one["planet"] for one in planets.choices] == [1, 2, 3]
     (teeth,) = scattered({"name": "single_tooth_error", "each": ["disc", "lobe"], "amount_um": {}}).scatters
     assert len(teeth.choices) == small.discs * small.case.drive.trochoid.lobes
     (all_alike,) = scattered(BODY).scatters
@@ -102,8 +102,8 @@ def test_correlations_that_can_be_are_taken(scattered, value):
 
 
 def test_a_workshop_has_tolerances_for_any_drive(small, plain):
-    for built in (small, plain):
-        tolerances = workshop_tolerances(built)
+    for reducer in (small, plain):
+        tolerances = typical_tolerances(reducer)
         assert tolerances.assumed
         assert len({one.label for one in tolerances.scatters}) == len(tolerances.scatters)
         assert all(one.size.standard_deviation > 0.0 for one in tolerances.scatters)
@@ -133,9 +133,9 @@ WRONG: dict[str, tuple[dict[str, Any], str, str]] = {
     "unknown effect": ({**BODY, "name": "equidistant_eror"}, "name", "did you mean equidistant_error?"),
     "no name": ({"amount_um": {}}, "name", "choose from"),
     "unknown key": ({**BODY, "amont_um": {}}, "amont_um", "did you mean amount_um?"),
-    "unknown key of a size": (size(plus_minsu=1.0), "amount_um.plus_minsu", "did you mean plus_minus?"),
-    "negative plus_minus": (size(plus_minus=-1.0), "amount_um.plus_minus", "give a number within"),
-    "negative sigma": (size(sigma=-1.0), "amount_um.sigma", "give a number within"),
+    "unknown key of a size": (size(plus_minsu=1.0), "amount_um.plus_minsu", "amount_um.plus_minus?"),
+    "negative plus_minus": (size(plus_minus=-1.0), "amount_um.plus_minus", "give a number from"),
+    "negative sigma": (size(sigma=-1.0), "amount_um.sigma", "give a number from"),
     "no number": (size(sigma="wide"), "amount_um.sigma", "give a number"),
     "a truth": (size(plus_minus=True), "amount_um.plus_minus", "give a number"),
     "not a number": (size(sigma=math.nan), "amount_um.sigma", "give a number"),
@@ -144,7 +144,7 @@ WRONG: dict[str, tuple[dict[str, Any], str, str]] = {
     "sigma of a uniform": (size(sigma=1.0, distribution="uniform"), "amount_um.sigma", "give plus_minus"),
     "sigma inspected": (size(sigma=1.0, inspected=True), "amount_um.sigma", "give plus_minus"),
     "sigma with cp": (size(sigma=1.0, cp=1.3), "amount_um.cp", "give plus_minus"),
-    "cp of zero": (size(plus_minus=1.0, cp=0.0), "amount_um.cp", "give a number within"),
+    "cp of zero": (size(plus_minus=1.0, cp=0.0), "amount_um.cp", "give a number from"),
     "mean out of bounds": (size(mean=1e4), "amount_um.mean", "give a number within"),
     "unknown distribution": (size(distribution="weibull"), "amount_um.distribution", "choose from"),
     "a list for a distribution": (size(distribution=["normal"]), "amount_um.distribution", "choose from"),
@@ -180,15 +180,15 @@ WRONG: dict[str, tuple[dict[str, Any], str, str]] = {
     "a part fixed and free": ({**PIN, "pin": 3}, "each", "leave one of them out"),
     "a part beyond the count": ({"name": "single_pin_error", "pin": 12, "amount_um": {}}, "pin", "1 to 11"),
     "a part that is no number": ({"name": "single_pin_error", "pin": "three", "amount_um": {}}, "pin", "pin"),
-    "a direction out of bounds": ({**RUNOUT, "phase_deg": {"mean": 1e5}}, "phase_deg.mean", "give a number within"),
-    "a direction too wide": ({**RUNOUT, "phase_deg": {"plus_minus": 200}}, "phase_deg.plus_minus", "within"),
+    "a direction out of bounds": ({**RUNOUT, "phase_deg": {"mean": 1e5}}, "phase_deg.mean", "give a number from"),
+    "a direction too wide": ({**RUNOUT, "phase_deg": {"plus_minus": 200}}, "phase_deg.plus_minus", "from 0 to 180"),
     "a direction with another key": ({**RUNOUT, "phase_deg": {"sigma": 1.0}}, "phase_deg.sigma", "mean"),
     "a direction that is a word": ({**RUNOUT, "phase_deg": "north"}, "phase_deg", "angle"),
-    "a share above one": ({**BODY, "batch_share": 1.2}, "batch_share", "give a number within"),
-    "negative neighbours": ({**PIN, "neighbours": -1.0}, "neighbours", "give a number within"),
+    "a share above one": ({**BODY, "batch_share": 1.2}, "batch_share", "give a number from"),
+    "negative neighbours": ({**PIN, "neighbours": -1.0}, "neighbours", "give a number from"),
     "neighbours of one part": ({**BODY, "neighbours": 2.0}, "neighbours", "each"),
     "a cost that is no number": ({**BODY, "cost": "dear"}, "cost", "give a number"),
-    "a cost below zero": ({**BODY, "cost": -1.0}, "cost", "give a number within"),
+    "a cost below zero": ({**BODY, "cost": -1.0}, "cost", "give a number from"),
     "finest above coarsest": ({**BODY, "cost": 1.0, "finest": 2.0, "coarsest": 1.0}, "finest", "swap them"),
     "a stiffness that can be none": (
         {"name": "series_compliance", "stiffness_nm_per_arcmin": {"mean": 100.0, "plus_minus": 80.0}},
@@ -248,9 +248,9 @@ A, B, C = "equidistant_error.amount_um", "radial_moving_error.amount_um", "disc_
         ([{"between": [A, B], "value": 1.0}], "positive definite"),
         ([{"between": [A, B], "value": 0.9}, {"between": [B, C], "value": 0.9}, {"between": [A, C], "value": -0.9}],
          "positive definite"),
-        ([{"between": [A, B], "value": 1.5}], "is outside -1 to 1"),
-        ([{"between": [A, B], "value": "much"}], "is not a number"),
-        ([{"between": [A, B]}], "is not given"),
+        ([{"between": [A, B], "value": 1.5}], "must be <= 1.0: give a number from -1 to 1"),
+        ([{"between": [A, B], "value": "much"}], "give a number from -1 to 1"),
+        ([{"between": [A, B]}], "is missing"),
         ([{"between": [A, A], "value": 0.5}], "are not two tolerances"),
         ([{"between": [A, "single_pin_error.amount_um"], "value": 0.5}], "as many parts"),
         ([{"between": [A], "value": 0.5}], "is not two names"),
@@ -259,7 +259,7 @@ A, B, C = "equidistant_error.amount_um", "radial_moving_error.amount_um", "disc_
         ([{"between": [A, "radial_error.amount_um"], "value": 0.5}], "did you mean radial_moving_error.amount_um?"),
         ([{"between": [A, 3], "value": 0.5}], "is none of the tolerances"),
         ([{"between": [A, B], "value": 0.5}, {"between": [B, A], "value": 0.2}], "is given twice"),
-        ([{"between": [A, B], "vlaue": 0.5}], "did you mean value?"),
+        ([{"between": [A, B], "vlaue": 0.5}], "correlations[1].value?"),
     ],
 )  # fmt: skip
 def test_correlations_that_cannot_be_are_refused(scattered, between, said):

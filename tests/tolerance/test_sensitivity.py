@@ -15,24 +15,19 @@ from functools import reduce
 import numpy as np
 import pytest
 
-from cycloid_profile.contact.backlash import first_touch
-from cycloid_profile.contact.case import LoadCase
-from cycloid_profile.contact.meshing import mesh, output_turn
-from cycloid_profile.contact.sharing import StagePlace
+from cycloid_profile.contact import LoadCase, StagePositions
+from cycloid_profile.contact.bodies import support_model
+from cycloid_profile.contact.mesh import first_touch, mesh, output_turn
 from cycloid_profile.contact.stage import StageEquilibrium
-from cycloid_profile.contact.support import support_model
-from cycloid_profile.effects.built import Built, as_drawn
-from cycloid_profile.effects.effect import Effect
-from cycloid_profile.effects.registry import effect
-from cycloid_profile.geometry.drive import Drive
-from cycloid_profile.modification.setup import Equidistant, modify
-from cycloid_profile.tolerance.loaded_slopes import loaded_slopes
-from cycloid_profile.tolerance.responses import RESPONSES
-from cycloid_profile.tolerance.scatter_tables import tolerances_of
-from cycloid_profile.tolerance.sensitivity import Sensitivity, scatter_sensitivities, sensitivities
-from cycloid_profile.tolerance.slopes import Smooth, Weighted, largest, least
-from cycloid_profile.tolerance.touch_slopes import touch_slopes
-from cycloid_profile.tolerance.working_point import WorkingPoint
+from cycloid_profile.effects import AsBuiltReducer, Effect, as_drawn, effect, encoder_error
+from cycloid_profile.geometry import Drive
+from cycloid_profile.modification import Equidistant, modify
+from cycloid_profile.tolerance.inputs import tolerances_of
+from cycloid_profile.tolerance.model import RESPONSES, WorkingPoint
+from cycloid_profile.tolerance.model._crank_locked import backlash_derivatives
+from cycloid_profile.tolerance.model._directional import Gradient, largest, least, weighted_sum
+from cycloid_profile.tolerance.model._loaded import loaded_derivatives
+from cycloid_profile.tolerance.ranking import ParameterSensitivity, scatter_sensitivities, sensitivities
 from cycloid_profile.units import ARCMIN, ARCSEC
 
 BACKLASH, BACKLASH_LEAST, BACKLASH_MEAN, LOST, LOST_MEAN, ERROR, PRESSURE = RESPONSES
@@ -83,11 +78,18 @@ SOME = [
     {"name": "coulomb_friction", "torque_nm": 2.0},
     {"name": "load_proportional_friction", "coefficient": 0.02},
     {"name": "encoder_eccentricity", "amplitude_arcsec": 3.0, "phase_deg": 50.0},
+    {"name": "tooth_form_error", "amplitude_um": 0.3, "phase_deg": 25.0, "flank": 1},
+    {"name": "pin_ring_three_lobed", "amplitude_um": 0.5, "phase_deg": 17.0},
+    {"name": "ring_mounting_ovality", "amplitude_um": 0.6, "phase_deg": 140.0, "waves": 4},
+    {"name": "carrier_bore_error", "amplitude_um": 1.0, "direction_deg": 65.0, "crank": 3},
+    {"name": "common_planet_runout", "amplitude_um": 4.0, "phase_deg": 80.0, "form": 2},
+    {"name": "sun_runout", "amplitude_um": 6.0, "phase_deg": 250.0},
+    {"name": "input_runout", "amplitude_arcsec": 40.0, "phase_deg": 10.0},
 ]
 
 
 @pytest.fixture(scope="module")
-def drawn(rv40e: Drive) -> Built:
+def drawn(rv40e: Drive) -> AsBuiltReducer:
     return as_drawn(LoadCase(rv40e, modify(rv40e.theoretical_profile, Equidistant(0.006)), 412e3))
 
 
@@ -95,15 +97,15 @@ def effects(tables) -> list[Effect]:
     return [effect(table) for table in tables]
 
 
-def turn(built: Built, poses: int) -> np.ndarray:
-    return output_turn(built.case.drive.trochoid, poses)
+def turn(reducer: AsBuiltReducer, poses: int) -> np.ndarray:
+    return output_turn(reducer.case.drive.trochoid, poses)
 
 
-def exact_backlash(built: Built, poses: int) -> np.ndarray:
+def exact_backlash(reducer: AsBuiltReducer, poses: int) -> np.ndarray:
     """Crank held, bearings unloaded, each disc where least squares of its misfits put it; the nearest stops [′]."""
-    drive = built.case.drive
-    met = mesh(drive.trochoid, turn(built, poses), drive.discs)
-    model = support_model(drive, met.crank_angle, built.parts)
+    drive = reducer.case.drive
+    met = mesh(drive.trochoid, turn(reducer, poses), drive.discs)
+    model = support_model(drive, met.crank_angle, reducer.deviations)
     turned = np.empty((2, drive.discs, poses))
     for j in range(drive.discs):
         rows = slice(3 * j, 3 * j + 3)
@@ -112,38 +114,38 @@ def exact_backlash(built: Built, poses: int) -> np.ndarray:
         fits = -model.misfit[:, rows].reshape(poses, 6)
         rest = np.stack([np.linalg.lstsq(A, b, rcond=None)[0] for A, b in zip(stretch, fits, strict=True)])
         seen = met.disc(j)
-        centre = seen.pin_in_lobe(rest[:, :1] + 1j * rest[:, 1:2], rest[:, 2:], built.pin_shift)
+        centre = seen.pin_in_lobe(rest[:, :1] + 1j * rest[:, 1:2], rest[:, 2:], reducer.pin_shift)
         for k, direction in enumerate((1.0, -1.0)):
             placed = dataclasses.replace(seen, pin_centre=centre)
-            touch = first_touch(built.teeth[j], drive.pin_radius + built.pin_oversize, placed, direction)
+            touch = first_touch(reducer.teeth[j], drive.pin_radius + reducer.pin_oversize, placed, direction)
             assert np.all(touch.settled)
             turned[k, j] = touch.rotation[:, 0]
     return (np.min(turned[0], axis=0) - np.max(turned[1], axis=0)) / ARCMIN
 
 
 def exact_load(
-    built: Built, crank: np.ndarray, torque: np.ndarray, near: StagePlace | None = None
+    reducer: AsBuiltReducer, crank: np.ndarray, torque: np.ndarray, near: StagePositions | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Angle read [rad] and highest pressure [MPa] at each load; the search may begin ``near`` where parts rest."""
-    solved = StageEquilibrium(tolerance=1e-12, as_built=built.parts).at(built.case, crank, torque, near)
-    angle = -crank / built.case.drive.trochoid.lobes
-    read = (built.encoder * np.exp(-1j * angle)).real
-    return solved.rotation + built.series_compliance * torque + read, np.max(solved.pressure, axis=(1, 2))
+    solved = StageEquilibrium(tolerance=1e-12, deviations=reducer.deviations).at(reducer.case, crank, torque, near)
+    angle = -crank / reducer.case.drive.trochoid.lobes
+    read = encoder_error(reducer.encoder, angle) + (reducer.input_error * np.exp(-121j * angle)).real / 121.0
+    return solved.rotation + reducer.series_compliance * torque + read, np.max(solved.pressure, axis=(1, 2))
 
 
-def loads(built: Built) -> list[tuple[np.ndarray, np.ndarray]]:
+def loads(reducer: AsBuiltReducer) -> list[tuple[np.ndarray, np.ndarray]]:
     """Crank angles and torques of the lost motion, there and back, and of a turn under the rated torque."""
-    rated = built.case.torque
+    rated = reducer.case.torque
     return [
-        *((turn(built, LOST_POSES), np.full(LOST_POSES, sign * 0.03 * rated)) for sign in (1.0, -1.0)),
-        (turn(built, TURN_POSES), np.full(TURN_POSES, rated)),
+        *((turn(reducer, LOST_POSES), np.full(LOST_POSES, sign * 0.03 * rated)) for sign in (1.0, -1.0)),
+        (turn(reducer, TURN_POSES), np.full(TURN_POSES, rated)),
     ]
 
 
-def exact(built: Built, near: Sequence[StagePlace | None] = (None, None, None)) -> dict[str, float]:
+def exact(reducer: AsBuiltReducer, near: Sequence[StagePositions | None] = (None, None, None)) -> dict[str, float]:
     """All quantities of the exact model; ``near``, where the parts rest under each of the ``loads`` or nearly so."""
-    backlash = exact_backlash(built, POSES)
-    found = [exact_load(built, *load, place) for load, place in zip(loads(built), near, strict=True)]
+    backlash = exact_backlash(reducer, POSES)
+    found = [exact_load(reducer, *load, place) for load, place in zip(loads(reducer), near, strict=True)]
     (there, _), (back, _), (rotation, pressure) = found
     lost = (there - back) / ARCMIN
     turned = (backlash.max(), backlash.min(), backlash.mean(), lost.max(), lost.mean())
@@ -154,21 +156,21 @@ def step_of(parameter: str) -> float:
     return STEPS.get(parameter.rsplit("_", 1)[-1], STEP)
 
 
-def with_changed(drawn: Built, made: list[Effect], which: int, parameter: str, by: float) -> Built:
+def with_changed(drawn: AsBuiltReducer, made: list[Effect], which: int, parameter: str, by: float) -> AsBuiltReducer:
     """All effects anew from the drawing, one parameter of one of them changed."""
     other = dataclasses.replace(made[which], **{parameter: getattr(made[which], parameter) + by})
-    return reduce(lambda built, one: one.apply(built), [*made[:which], other, *made[which + 1 :]], drawn)
+    return reduce(lambda reducer, one: one.apply(reducer), [*made[:which], other, *made[which + 1 :]], drawn)
 
 
 def central(
-    drawn: Built, made: list[Effect], which: int, parameter: str, near: Sequence[StagePlace]
+    drawn: AsBuiltReducer, made: list[Effect], which: int, parameter: str, near: Sequence[StagePositions]
 ) -> dict[str, float]:
     h = step_of(parameter)
     up, down = (exact(with_changed(drawn, made, which, parameter, sign * h), near) for sign in (1.0, -1.0))
     return {name: (up[name] - down[name]) / (2.0 * h) for name in RESPONSES}
 
 
-def check(row: Sensitivity, difference: dict[str, float]) -> None:
+def check(row: ParameterSensitivity, difference: dict[str, float]) -> None:
     for name in RESPONSES:
         assert not row.of(name).kink, (row.effect, row.parameter, name)
         assert row.of(name).rising == pytest.approx(difference[name], rel=1e-3, abs=FLOOR[name]), (
@@ -184,10 +186,10 @@ def every_row(drawn):
 
 
 @pytest.fixture(scope="module")
-def at_rest(drawn) -> list[StagePlace]:
+def at_rest(drawn) -> list[StagePositions]:
     """Where the parts rest with all effects, under each of the loads: a small change leaves them near."""
-    whole = reduce(lambda built, one: one.apply(built), effects(SOME), drawn)
-    stage = StageEquilibrium(tolerance=1e-12, as_built=whole.parts)
+    whole = reduce(lambda reducer, one: one.apply(reducer), effects(SOME), drawn)
+    stage = StageEquilibrium(tolerance=1e-12, deviations=whole.deviations)
     return [stage.at(whole.case, *load).place for load in loads(whole)]
 
 
@@ -220,13 +222,13 @@ def test_answers_at_each_load_against_central_differences(drawn, which, paramete
     direction = placed.along_angle() if parameter.endswith("_deg") else placed.along_size()
     crank = turn(drawn, 5)
     torque = drawn.case.torque * np.array([1.0, 1.0, -1.0, 0.03, -0.03])
-    slopes = loaded_slopes(point.whole, point.changes(placed), crank, torque)
+    slopes = loaded_derivatives(point.whole, point.changes(placed), crank, torque)
     h = step_of(parameter)
     up, down = (exact_load(with_changed(drawn, made, at, parameter, way * h), crank, torque)[0] for way in (1.0, -1.0))
     np.testing.assert_allclose(slopes.rotation_by_unit @ direction, (up - down) / (2.0 * h), rtol=1e-3, atol=1e-11)
-    touched = touch_slopes(point.whole, point.changes(placed), crank)
+    _, touched = backlash_derivatives(point.whole, point.changes(placed), crank)
     up, down = (exact_backlash(with_changed(drawn, made, at, parameter, way * h), 5) for way in (1.0, -1.0))
-    found = [float(one.along(direction[:, np.newaxis])[0]) / ARCMIN for one in touched.slopes]
+    found = [float(one.along(direction[:, np.newaxis])[0]) / ARCMIN for one in touched]
     np.testing.assert_allclose(found, (up - down) / (2.0 * h), rtol=1e-3, atol=1e-7)
 
 
@@ -259,12 +261,12 @@ def test_two_discs_that_tie_make_a_kink(common):
 
 
 def test_slopes_of_maxima_are_one_sided():
-    steep, flat = Smooth(np.array([2.0, 0.0])), Smooth(np.array([-1.0, 1.0]))
+    steep, flat = Gradient(np.array([2.0, 0.0])), Gradient(np.array([-1.0, 1.0]))
     ways = np.array([[1.0, -1.0, 0.0], [0.0, 0.0, -1.0]])
     np.testing.assert_array_equal(largest(np.array([1.0, 1.0]), [steep, flat], 1e-9).along(ways), [2.0, 1.0, 0.0])
     np.testing.assert_array_equal(least(np.array([1.0, 1.0]), [steep, flat], 1e-9).along(ways), [-1.0, -2.0, -1.0])
     np.testing.assert_array_equal(largest(np.array([1.0, 2.0]), [steep, flat], 1e-9).along(ways), [-1.0, 1.0, -1.0])
-    np.testing.assert_array_equal(Weighted((steep, flat), 0.5).along(ways), [0.5, -0.5, -0.5])
+    np.testing.assert_array_equal(weighted_sum((steep, flat), 0.5).along(ways), [0.5, -0.5, -0.5])
 
 
 def test_a_size_at_zero_is_told_over_all_directions(drawn):
@@ -283,7 +285,7 @@ def test_parts_together_are_the_root_of_the_sum_of_squares(drawn):
     point = WorkingPoint.of(drawn, tolerances)
     (row,) = scatter_sensitivities(tolerances, point)
     each = np.array([[1.0 if k == i else 0.0 for k in range(40)] for i in range(40)])
-    gradient = next(one.slope.along(each) for one in point.responses if one.name == LOST_MEAN)
+    gradient = next(one.derivative.along(each) for one in point.responses if one.name == LOST_MEAN)
     assert row.count == 40
     assert row.root_sum_square[list(RESPONSES).index(LOST_MEAN)] == pytest.approx(
         np.sqrt(np.sum(gradient**2)), rel=1e-9

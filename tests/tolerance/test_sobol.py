@@ -10,16 +10,15 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from cycloid_profile.contact.case import LoadCase
-from cycloid_profile.effects.built import as_drawn
+from cycloid_profile.contact import LoadCase
+from cycloid_profile.effects import as_drawn
 from cycloid_profile.errors import SolveError
-from cycloid_profile.modification.setup import Equidistant, modify
-from cycloid_profile.tolerance.draws import Draws
-from cycloid_profile.tolerance.scatter_tables import tolerances_of
-from cycloid_profile.tolerance.sequence import Random, Sobol
-from cycloid_profile.tolerance.sobol import Groups, linear_shares, sobol_shares
-from cycloid_profile.tolerance.study import Study
-from cycloid_profile.tolerance.working_point import WorkingPoint
+from cycloid_profile.modification import Equidistant, modify
+from cycloid_profile.tolerance.inputs import tolerances_of
+from cycloid_profile.tolerance.model import WorkingPoint
+from cycloid_profile.tolerance.ranking import sobol_shares
+from cycloid_profile.tolerance.ranking.sobol import Groups, linear_shares
+from cycloid_profile.tolerance.study import Draws, Random, Sobol, Study
 
 TABLES = [
     {"name": "pin_radius_error", "amount_um": {"sigma": 1.0}},
@@ -37,7 +36,7 @@ def drawn(rv40e):
 
 @dataclass
 class Formula:
-    """Quantities as a formula of the coordinates, in the place of ``Measures``."""
+    """Quantities as a formula of the coordinates, in the place of ``QuantityModel``."""
 
     names: tuple[str, ...]
     of: object
@@ -46,7 +45,7 @@ class Formula:
 def study(drawn, formula, tables=TABLES, correlated=(), sequence=None, names=("y",)):
     found = Study(drawn, Draws(tolerances_of(tables, correlated, drawn), sequence=sequence or Random()), ("y",), 1024)
     # A cached property: what is put in its place is what is found.
-    found.__dict__["measures"] = Formula(names, formula)
+    found.__dict__["quantity_model"] = Formula(names, formula)
     return found
 
 
@@ -104,7 +103,7 @@ def test_correlated_scatters_are_one_group(drawn):
     correlated = [{"between": ["pin_radius_error.amount_um", "pin_circle_radius_error.amount_um"], "value": 0.8}]
     made = study(drawn, lambda x: x[:, :1] + x[:, 1:2], tables, correlated)
     groups = Groups(made.draws)
-    assert groups.names == ("pin_radius_error + pin_circle_radius_error",)
+    assert groups.labels == ("pin_radius_error + pin_circle_radius_error",)
     np.testing.assert_array_equal(groups.normals[0], [0, 1])
     share = sobol_shares(made, 256, resamples=20).of("y")[0]
     assert share.first.value == pytest.approx(1.0, abs=0.25)

@@ -10,14 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cycloid_profile.effects.registry import effect
+from cycloid_profile.effects import effect
 from cycloid_profile.errors import ToleranceError
-from cycloid_profile.tolerance.draws import Draws
-from cycloid_profile.tolerance.run import run
-from cycloid_profile.tolerance.sequence import Sobol
-from cycloid_profile.tolerance.store import Store, open_store
-from cycloid_profile.tolerance.study import Study
-from cycloid_profile.tolerance.workers import SideBySide, Threads
+from cycloid_profile.tolerance.study import Draws, ParallelQuantities, Sobol, Store, Study, Threads, run
+from cycloid_profile.tolerance.study.store import open_store
 
 TABLES = (
     {"name": "single_pin_error", "each": "pin", "amount_um": {}, "batch_share": 0.3},
@@ -92,11 +88,11 @@ def test_threads_make_no_difference(study, whole, tmp_path, count):
 
 @pytest.mark.parametrize("reducers", [1, 2, 7])
 def test_side_by_side_gives_the_same_answers(study, reducers):
-    measures = study.measures
+    quantity_model = study.quantity_model
     x = study.coordinates(0)[:reducers]
-    both = SideBySide(measures)
-    assert both.names == measures.names
-    assert np.array_equal(both.of(x), measures.of(x))
+    both = ParallelQuantities(quantity_model)
+    assert both.names == quantity_model.names
+    assert np.array_equal(both.of(x), quantity_model.of(x))
 
 
 @pytest.mark.parametrize("after", [0, 1, 3])
@@ -152,18 +148,18 @@ def test_a_longer_study_keeps_the_chunks_that_were_full(study, tmp_path):
 
 
 def other_studies(study: Study) -> dict[str, Study]:
-    built, draws = study.built, study.draws
-    case = built.case
+    reducer, draws = study.reducer, study.draws
+    case = reducer.case
     return {
         "seed": replace(study, draws=replace(draws, seed=2)),
         "sequence": replace(study, draws=replace(draws, sequence=Sobol())),
         "batch": replace(study, draws=replace(draws, batch_size=50)),
         "width": replace(study, draws=replace(draws, tolerances=draws.tolerances.scaled([1.0, 1.1]))),
         "chunk": replace(study, chunk=128),
-        "torque": replace(study, built=replace(built, case=replace(case, torque=2.1e4))),
-        "tooth": replace(study, built=effect({"name": "disc_runout", "amplitude_um": 1.0}).apply(built)),
-        "pins": replace(study, built=effect({"name": "pin_radius_error", "amount_um": 1.0}).apply(built)),
-        "bores": replace(study, built=effect({"name": "crank_hole_error", "amplitude_um": 1.0}).apply(built)),
+        "torque": replace(study, reducer=replace(reducer, case=replace(case, torque=2.1e4))),
+        "tooth": replace(study, reducer=effect({"name": "disc_runout", "amplitude_um": 1.0}).apply(reducer)),
+        "pins": replace(study, reducer=effect({"name": "pin_radius_error", "amount_um": 1.0}).apply(reducer)),
+        "bores": replace(study, reducer=effect({"name": "crank_hole_error", "amplitude_um": 1.0}).apply(reducer)),
     }
 
 
@@ -212,7 +208,7 @@ def test_a_chunk_that_fails_ends_the_run_and_its_threads(study, tmp_path, monkey
     def values(self: Study, number: int) -> np.ndarray:
         if number == 3:
             raise ZeroDivisionError
-        return np.zeros((self.span(number)[1], len(self.measures.names)))
+        return np.zeros((self.span(number)[1], len(self.quantity_model.names)))
 
     monkeypatch.setattr(Study, "values", values)
     before = threading.active_count()
@@ -233,7 +229,7 @@ def test_as_many_threads_as_were_asked_for(study, monkeypatch, told):
             asked.append(count)
             super().__init__(count)
 
-    monkeypatch.setattr("cycloid_profile.tolerance.workers.ThreadPoolExecutor", Pool)
+    monkeypatch.setattr("cycloid_profile.tolerance.study.workers.ThreadPoolExecutor", Pool)
     if told:
         monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 3, 5}, raising=False)
     else:

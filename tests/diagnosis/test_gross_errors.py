@@ -1,0 +1,69 @@
+"""Reading errors are isolated; features are wider than the row spacing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cycloid_profile.diagnosis import diagnose
+from cycloid_profile.diagnosis._noise import gross_errors
+from cycloid_profile.measurement import parse_measurement
+from tests.diagnosis.blind import Hidden, Noise, Reducer, scan
+from tests.diagnosis.test_bad_files import reducer
+
+SIGMA = 0.3
+ROWS = 5000
+
+
+def noise(seed: int = 1) -> np.ndarray:
+    return SIGMA * np.random.default_rng(seed).standard_normal(ROWS)
+
+
+@given(st.integers(10, ROWS - 10), st.sampled_from([-1.0, 1.0]), st.floats(10.0, 1e4))
+def test_one_outlier_is_omitted(row, sign, sigmas):
+    residual = np.zeros(ROWS)
+    residual[row] = sign * sigmas * SIGMA
+    assert np.flatnonzero(gross_errors(residual, SIGMA)).tolist() == [row]
+
+
+@given(st.integers(10, ROWS - 10), st.sampled_from([-1.0, 1.0]), st.floats(10.0, 1e4), st.floats(5.0, 1e4))
+def test_two_rows_displaced_to_one_side_are_a_feature(row, sign, sigmas, beside):
+    residual = np.zeros(ROWS)
+    residual[row : row + 2] = sign * sigmas * SIGMA, sign * beside * SIGMA
+    assert not np.any(gross_errors(residual, SIGMA))
+
+
+@given(st.integers(10, ROWS - 10), st.floats(10.0, 1e4), st.floats(10.0, 1e4))
+def test_two_rows_displaced_to_opposite_sides_are_errors(row, sigmas, beside):
+    residual = np.zeros(ROWS)
+    residual[row : row + 2] = sigmas * SIGMA, -beside * SIGMA
+    assert np.flatnonzero(gross_errors(residual, SIGMA)).tolist() == [row, row + 1]
+
+
+def test_among_many_reading_errors_two_come_together_by_chance():
+    residual = np.zeros(ROWS)
+    residual[50::100] = 20.0 * SIGMA
+    residual[51] = 20.0 * SIGMA
+    assert np.count_nonzero(gross_errors(residual, SIGMA)) == 51
+
+
+def test_a_reading_error_is_rarely_taken_for_a_feature():
+    """The target is 3 in 1000: at most four of 400."""
+    draw, kept = np.random.default_rng(2), 0
+    for seed in range(400):
+        residual, row = noise(seed), int(draw.integers(10, ROWS - 10))
+        residual[row] += 5.0 * draw.choice([-1.0, 1.0])
+        kept += not gross_errors(residual, SIGMA)[row]
+    assert kept <= 5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("width", "verdict"), [(0.08, "unknown_effect"), (0.02, "agrees")])
+def test_a_pit_of_two_points_is_a_feature_of_one_point_an_error(width, verdict):
+    """39 lobes with 5,000 points: one every 0.05 rad."""
+    pit = Hidden("x_pit", {"depth_um": 6.0, "psi_rad": 1.16, "width_rad": width, "lobe": 27, "disc": 1})
+    text = scan(Reducer(), (pit,), points=ROWS, noise=Noise(SIGMA), seed=4)
+    found = diagnose(reducer(), [parse_measurement(text, "scan.csv")])
+    assert found.verdict == verdict

@@ -1,0 +1,197 @@
+"""Chatter of a disc without a scan, from bench turns through the loaded pins."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cycloid_profile.design import as_built_reducer
+from cycloid_profile.diagnosis import diagnose
+from cycloid_profile.diagnosis._chatter_candidates import significant_chatter, with_waves_given_others
+from cycloid_profile.diagnosis._exact_model import ExactModel
+from cycloid_profile.diagnosis._library import Library
+from cycloid_profile.diagnosis._noise import Noise as Coloured
+from cycloid_profile.diagnosis._normal_equations import Whitened, normal_equations
+from cycloid_profile.diagnosis._optimum import Attempt, Optimum
+from cycloid_profile.diagnosis._unscanned_waves import UnscannedWaves, unscanned
+from cycloid_profile.diagnosis.candidate import Candidate, candidates, chatter
+from cycloid_profile.diagnosis.detection import detect
+from cycloid_profile.diagnosis.recording import record
+from cycloid_profile.effects import AsBuiltReducer, CumulativePitchError, Effect, GrindingChatter, PinCircleRadiusError
+from cycloid_profile.measurement import Measurement, parse_measurement
+from cycloid_profile.rig import Settings, simulate
+from cycloid_profile.spec import parse_spec
+from tests.diagnosis.blind import Hidden, Noise, Reducer, spec_text
+from tests.diagnosis.blind.turn import lost_motion, transmission_error
+
+WAVE = {"amplitude_um": 0.08, "waves_per_turn": 462.63, "phase_deg": 168.0}
+DISC_1 = GrindingChatter(**WAVE, disc=1)
+
+
+@pytest.fixture(scope="module")
+def drawn() -> AsBuiltReducer:
+    return as_built_reducer(parse_spec(spec_text(Reducer())))
+
+
+def bench(machine: AsBuiltReducer, seed: int) -> list[Measurement]:
+    return [
+        simulate(machine, "transmission_error", Settings(noise=0.15, seed=seed, points=1500)),
+        simulate(machine, "transmission_error", Settings(noise=0.15, seed=seed + 1, points=1500, torque=12.36e3)),
+        simulate(machine, "lost_motion_map", Settings(noise=0.004, seed=seed + 2, points=300)),
+    ]
+
+
+def model_of(drawn: AsBuiltReducer, *hidden: Effect, seed: int = 1) -> ExactModel:
+    machine = drawn
+    for effect in hidden:
+        machine = effect.apply(machine)
+    return ExactModel(drawn, [record(drawn, one) for one in bench(machine, seed)])
+
+
+@pytest.fixture(scope="module")
+def chattering(drawn) -> ExactModel:
+    return model_of(drawn, DISC_1)
+
+
+def mesh_orders(block: Whitened) -> np.ndarray:
+    """Order 39·40 of the output turn and its first two multiples, which are no chatter."""
+    turned = [1560.0 * k * block.residuals.position for k in (1, 2, 3)]
+    return block.white(np.stack([wave(angle) for angle in turned for wave in (np.cos, np.sin)], axis=1))
+
+
+def fall(blocks: list[Whitened], known: list[np.ndarray], wave: list[np.ndarray]) -> float:
+    """Fall of chi² by a wave given the known effects, by least squares over all rows."""
+    of_file = [np.hstack([block.nuisance, mesh_orders(block)]) for block in blocks]
+    nuisance = np.zeros((sum(len(b.z) for b in blocks), sum(own.shape[1] for own in of_file)))
+    row = column = 0
+    for own in of_file:
+        nuisance[row : row + len(own), column : column + own.shape[1]] = own
+        row, column = row + len(own), column + own.shape[1]
+    z, before = np.concatenate([b.z for b in blocks]), np.hstack([nuisance, np.concatenate(known)])
+
+    def left(A: np.ndarray) -> float:
+        scale = np.maximum(np.linalg.norm(A, axis=0), 1e-300)
+        return float(np.sum((z - A @ (np.linalg.lstsq(A / scale, z, rcond=1e-9)[0] / scale)) ** 2))
+
+    return left(before) - left(np.hstack([before, np.concatenate(wave)]))
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.5], ids=["white", "coloured"])
+@pytest.mark.parametrize(("disc", "waves"), [(1, 462.6), (2, 300.0), (None, 215.3)])
+def test_power_is_the_fall_of_chi2_by_the_shape_of_the_effect(drawn, chattering, disc, waves, rho):
+    recordings = [replace(r, noise=Coloured(r.noise.sigma, rho)) for r in chattering.recordings]
+    blocks = chattering.with_held_out(recordings).baseline.blocks
+    ring = next(c for c in candidates(drawn, frozenset(), True) if c.name == "pin_ring_oval")
+    expected = fall(blocks, [b.columns([ring]) for b in blocks], [b.columns([chatter(waves, disc)]) for b in blocks])
+    found = UnscannedWaves(blocks, [ring], disc).power(waves + np.array([0.0, 0.5]))
+    # Candidate columns are interpolated on a grid, to some thousandths.
+    assert found[0] == pytest.approx(expected, rel=5e-3)
+
+
+def test_wave_and_disc_are_identified(chattering):
+    peaks = {disc: UnscannedWaves(chattering.baseline.blocks, (), disc).strongest() for disc in (1, 2, None)}
+    best = max(peaks, key=lambda disc: peaks[disc][0].power)
+    assert best == 1
+    assert peaks[1][0].waves == pytest.approx(462.63, abs=0.1)
+    assert peaks[1][0].p_value < 1e-9
+    assert [one.choice for one in significant_chatter(chattering) if one.choice.get("disc") == 1] == [
+        {"waves_per_turn": peaks[1][0].waves, "disc": 1}
+    ]
+
+
+@pytest.mark.slow
+def test_the_same_on_all_discs_is_another_hypothesis(drawn):
+    blocks = model_of(drawn, GrindingChatter(**WAVE)).baseline.blocks
+    peaks = {disc: UnscannedWaves(blocks, (), disc).strongest()[0] for disc in (1, 2, None)}
+    assert max(peaks.values(), key=lambda peak: peak.power).disc is None
+    assert peaks[None].waves == pytest.approx(462.63, abs=0.2)
+
+
+def test_a_number_of_waves_is_kept_where_another_is_no_better(chattering):
+    waves = UnscannedWaves(chattering.baseline.blocks, (), 1)
+    best = waves.strongest()[0].waves
+    assert waves.near(best + 0.02) == best + 0.02
+    assert waves.near(best + 0.4) == pytest.approx(best, abs=0.03)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [10, 20, 30])
+def test_noise_makes_no_wave(drawn, seed):
+    model = model_of(drawn, seed=seed)
+    assert all(UnscannedWaves(model.baseline.blocks, (), disc).strongest()[0].p_value > 1e-3 for disc in (1, 2, None))
+    assert significant_chatter(model) == []
+
+
+@pytest.mark.slow
+def test_waves_are_tested_without_excess_chi2(drawn):
+    model = model_of(drawn, GrindingChatter(**WAVE | {"amplitude_um": 0.07}, disc=1))
+    found = detect(model.baseline.blocks, normal_equations(model.baseline.blocks, candidates(drawn, frozenset(), True)))
+    coordinates = {finding.coordinate for finding in found.significant_findings}
+    assert "waves on disc 1" in coordinates
+    assert "file" not in coordinates
+
+
+def test_wide_row_spacing_gives_no_wave(drawn):
+    subsampled = record(drawn, simulate(drawn, "transmission_error", Settings(noise=0.15, seed=1, points=24)))
+    assert UnscannedWaves(ExactModel(drawn, [subsampled]).baseline.blocks, (), 1).strongest() == []
+
+
+def test_a_scanned_disc_is_not_tested_on_turns(drawn, chattering):
+    scanned = record(drawn, simulate(drawn, "profile_scan", Settings(noise=0.3, seed=1)))
+    both = ExactModel(drawn, [scanned, *chattering.recordings])
+    assert unscanned(both.baseline.blocks) == [2]
+    assert unscanned(ExactModel(drawn, [scanned]).baseline.blocks) == []
+
+
+@pytest.mark.slow
+def test_an_unknown_effect_is_not_named_chatter(drawn):
+    """An unknown runout fills the spectrum of turns with waves, none of which explains most of it."""
+    model = model_of(drawn, CumulativePitchError(amplitude_um=2.0, phase_deg=30.0, disc=1))
+    assert significant_chatter(model) == []
+
+
+@pytest.mark.slow
+def test_chatter_is_named_with_another_effect(drawn):
+    """Without the wave a bore of 0.31 µm was named alone, and the wave counted as noise."""
+    hidden = (
+        Hidden("grinding_chatter", WAVE | {"amplitude_um": 0.12, "disc": 1}),
+        Hidden("crank_hole_error", {"amplitude_um": 0.31, "direction_deg": 323.0, "crank": 2, "disc": 2}),
+    )
+    texts = {
+        "te": transmission_error(Reducer(), hidden, torque_nm=412.0, rows=1500, noise=Noise(0.15), seed=1),
+        "te_light": transmission_error(Reducer(), hidden, torque_nm=12.36, rows=1500, noise=Noise(0.15), seed=2),
+        "lost_motion": lost_motion(Reducer(), hidden, rows=300, noise=Noise(0.004), seed=3),
+    }
+    found = diagnose(drawn, [parse_measurement(text, f"{name}.csv") for name, text in texts.items()])
+    told = {effect.candidate.name: effect for effect in found.effects}
+    wave = told.pop("grinding_chatter")
+    assert wave.parameters["amplitude_um"] == pytest.approx(0.12, abs=3.0 * wave.uncertainty["amplitude_um"])
+    waves = [place.candidate.choice["waves_per_turn"] for place in (wave, *wave.other_locations)]
+    assert min(abs(n - 462.63) for n in waves) < 0.1
+    assert "crank_hole_error" in {name for effect in told.values() for name in effect.group}
+    assert found.remainder is None
+
+
+@pytest.mark.slow
+def test_other_effects_are_tried_with_a_wave(drawn):
+    """An unknown wave changes the ranking of single effects; combined with a wave the right one ranks first."""
+    model = model_of(drawn, DISC_1, PinCircleRadiusError(amount_um=-1.0))
+    library = Library(candidates(drawn, frozenset(), True), 2)
+
+    def fitted(name: str, *more: Candidate) -> Optimum:
+        members = (next(c for c in library.candidates if c.name == name), *more)
+        found = model.optimum(Attempt(members, np.array([-0.3, 0.0] + [0.05, 0.0] * len(more))), 0.0)
+        assert found is not None
+        return found
+
+    right, wrong = fitted("pin_circle_radius_error"), fitted("generating_eccentricity_error")
+    assert with_waves_given_others(model, library, wrong, [right]) == (library, [])
+    with_wave = fitted("generating_eccentricity_error", chatter(480.0, 2))
+    larger, starts = with_waves_given_others(model, library, with_wave, [wrong, right])
+    (beside,) = {tuple(larger.candidates[i].name for i in members) for members, _ in starts}
+    assert beside == ("pin_circle_radius_error", "grinding_chatter")
+    waves = [larger.candidates[members[1]].choice["waves_per_turn"] for members, _ in starts]
+    # Up to integers per lobe, which turns hardly separate.
+    assert min(abs((n - WAVE["waves_per_turn"] + 19.5) % 39.0 - 19.5) for n in waves) < 0.1
