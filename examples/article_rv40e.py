@@ -1,4 +1,4 @@
-"""The RV-40E of [TP], computed and laid beside the numbers it publishes.
+"""Compute the RV-40E of a published article and compare it with the numbers printed there.
 
 [TP] is "Optimization of Cycloidal Gear Tooth Profile in Rotary Vector Reducer Based on Backlash Reduction".
 Its pair of amounts, equidistant 0.5 mm and radial-moving −0.275 mm, is taken as printed, at a tenth, and scaled
@@ -8,33 +8,15 @@ Width of the discs and stiffness of the crank bearings are assumed: 11.5 mm and 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import argparse
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from tempfile import mkdtemp
 
 import numpy as np
+from matplotlib.figure import Figure
 
-from cycloid_profile import (
-    Accuracy,
-    Classical,
-    Cranks,
-    Drive,
-    Equidistant,
-    Equilibrium,
-    InvoluteStage,
-    Johnson,
-    LoadCase,
-    LoadSharing,
-    RadialMoving,
-    Roark,
-    Trochoid,
-    accuracy,
-    compensate_by,
-    modify,
-)
-from cycloid_profile.contact.backlash import first_order_backlash, input_locked_factor
-from cycloid_profile.plot.style import BLACK, BLUE, GREY, ORANGE, new_figure, save, style
+import cycloid_profile as cp
 from cycloid_profile.units import ARCMIN, NEWTON_METRE, UM
 
 PUBLISHED_DELTA_MAX = 4.06 * UM
@@ -44,7 +26,7 @@ CATALOGUE_RIGIDITY = 108.0  # [N·m/′]
 EQUIDISTANT, RADIAL_MOVING = 0.5, -0.275  # as printed [mm]
 TORQUE = 412.0 * NEWTON_METRE
 POSES = 6
-DRIVE = Drive(Trochoid(40, 64.0, 1.3), 3.0, 11.5, 2, Cranks(3, 36.0, 4.0e5), InvoluteStage(12, 36, 1.5))
+DRIVE = cp.Drive(cp.Trochoid(40, 64.0, 1.3), 3.0, 11.5, 2, cp.Cranks(3, 36.0, 4.0e5), cp.InvoluteStage(12, 36, 1.5))
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,10 +39,10 @@ class Reading:
 
     name: str
     scale: float
-    classical: LoadSharing
-    equilibrium: LoadSharing
-    before: Accuracy
-    after: Accuracy
+    classical: cp.LoadSharing
+    equilibrium: cp.LoadSharing
+    before: cp.Accuracy
+    after: cp.Accuracy
 
     @property
     def backlash_change(self) -> float:
@@ -68,62 +50,62 @@ class Reading:
         return self.after.backlash.worst - self.before.backlash.worst
 
 
-def load_case(scale: float, drive: Drive = DRIVE) -> LoadCase:
+def load_case(scale: float, drive: cp.Drive = DRIVE) -> cp.LoadCase:
     """Rated load on the tooth ground with ``scale`` times the printed pair."""
-    pair = (Equidistant(scale * EQUIDISTANT), RadialMoving(scale * RADIAL_MOVING))
-    return LoadCase(drive, modify(drive.theoretical_profile, *pair), TORQUE)
+    pair = (cp.Equidistant(scale * EQUIDISTANT), cp.RadialMoving(scale * RADIAL_MOVING))
+    return cp.LoadCase(drive, cp.modify(drive.theoretical_profile, *pair), TORQUE)
 
 
 def read(name: str, scale: float) -> Reading:
     """Compute one reading."""
     case = load_case(scale)
-    compensated = replace(case, profile=compensate_by(case, PUBLISHED_DELTA_MAX, POSES).profile)
-    sharing = Classical().solve(case), Equilibrium().solve(case)
-    return Reading(name, scale, *sharing, accuracy(case, POSES), accuracy(compensated, POSES))
+    compensated = replace(case, profile=cp.compensate_by(case, PUBLISHED_DELTA_MAX, POSES).profile)
+    sharing = cp.Classical().solve(case), cp.Equilibrium().solve(case)
+    return Reading(name, scale, *sharing, cp.accuracy(case, POSES), cp.accuracy(compensated, POSES))
 
 
-def classical_by_width(width: float, law: Roark | Johnson) -> LoadSharing:
+def classical_by_width(width: float, law: cp.Roark | cp.Johnson) -> cp.LoadSharing:
     """The published iteration on the printed pair, for discs of ``width`` [mm]."""
-    return Classical().solve(replace(load_case(1.0, replace(DRIVE, disc_width=width)), law=law))
+    return cp.Classical().solve(replace(load_case(1.0, replace(DRIVE, disc_width=width)), law=law))
 
 
-first_order = first_order_backlash(DRIVE, EQUIDISTANT, RADIAL_MOVING)
+first_order = cp.contact.first_order_backlash(DRIVE, EQUIDISTANT, RADIAL_MOVING)
 printed = read("as printed", 1.0)
 tenth = read("a tenth", 0.1)
 fitted = read("fitted to 1.30′", MEASURED[0] * ARCMIN / first_order)
 readings = (printed, tenth, fitted)
 
 widths = (11.0, 11.2, 11.4, 11.5, 11.6)
-roark = [classical_by_width(b, Roark()) for b in widths]
-johnson = [classical_by_width(b, Johnson()) for b in widths]
+roark = [classical_by_width(b, cp.Roark()) for b in widths]
+johnson = [classical_by_width(b, cp.Johnson()) for b in widths]
 
 phase = np.linspace(0.0, np.pi, 1801)
 delta_printed = PUBLISHED_DELTA_MAX * np.sin(phase) / np.sqrt(11.66 + 1.625 * np.cos(phase))
 delta_corrected = PUBLISHED_DELTA_MAX * DRIVE.trochoid.lever_function(phase)
 
 first_order_change = -2.0 * PUBLISHED_DELTA_MAX / DRIVE.trochoid.longest_lever
-held_input = input_locked_factor(DRIVE)
+held_input = cp.contact.input_locked_factor(DRIVE)
 
 
-def rigidity(found: Accuracy) -> float:
+def rigidity(found: cp.Accuracy) -> float:
     """Torsional rigidity [N·m/′]."""
     return found.torsional_rigidity * ARCMIN / NEWTON_METRE
 
 
-# Two springs in series: what mesh and crank bearings leave to be explained [N·m/′].
+# Two springs in series: the stiffness that must be added to mesh and crank bearings [N·m/′].
 missing_rigidity = 1.0 / (1.0 / CATALOGUE_RIGIDITY - 1.0 / rigidity(tenth.before))
 
 
 def table() -> str:
     """Published and computed numbers side by side."""
 
-    def crank_held(found: Accuracy) -> str:
+    def crank_held(found: cp.Accuracy) -> str:
         return f"{found.backlash.worst / ARCMIN:.3f}"
 
-    def input_held(found: Accuracy) -> str:
+    def input_held(found: cp.Accuracy) -> str:
         return f"{found.backlash.worst * held_input / ARCMIN:.3f}"
 
-    def lost_motion(found: Accuracy) -> str:
+    def lost_motion(found: cp.Accuracy) -> str:
         return f"{found.lost_motion / ARCMIN:.3f}"
 
     # Quantity, published: simulated, measured; computed for a reading.
@@ -158,7 +140,7 @@ def table() -> str:
 
 
 def statement() -> str:
-    """What agrees with the published numbers, and what cannot."""
+    """Agreements with the published numbers, and contradictions."""
     change = f"{-first_order_change / ARCMIN:.3f}′"
     backlash = [f"{r.before.backlash.worst / ARCMIN:.2f}′" for r in readings]
     narrow, wide = (f"{roark[i].delta_max / UM:.2f}" for i in (0, -1))
@@ -183,40 +165,50 @@ and then δmax is {fitted.classical.delta_max / UM:.2f} µm, not 4.06 µm.
 def visualize(folder: Path) -> tuple[Path, Path]:
     """Backlash before and after compensation, and δ(ψ) as printed and corrected, as PNG and SVG."""
     rows = [
-        ("[TP], simulated", SIMULATED, BLACK),
-        ("[TP], measured", MEASURED, BLACK),
+        ("[TP], simulated", SIMULATED, "black"),
+        ("[TP], measured", MEASURED, "black"),
         *(
-            (f"computed, {r.name}", (r.before.backlash.worst / ARCMIN, r.after.backlash.worst / ARCMIN), BLUE)
+            (f"computed, {r.name}", (r.before.backlash.worst / ARCMIN, r.after.backlash.worst / ARCMIN), "tab:blue")
             for r in reversed(readings)
         ),
     ]
-    with style():
-        figure = new_figure(10.0, 4.4)
-        left, right = figure.subplots(1, 2, width_ratios=(1.35, 1.0))
-        for y, (_, (before, after), colour) in enumerate(rows):
-            left.plot([before, after], [y, y], color=GREY, linewidth=1.2, zorder=1)
-            left.plot(before, y, "o", color=colour)
-            left.plot(after, y, "o", color=colour, markerfacecolor="white")
-            left.annotate(
-                f"{before:.2f}′ → {after:.2f}′", (before, y), xytext=(9, 0), textcoords="offset points", va="center"
-            )
-        left.set_yticks(range(len(rows)), [name for name, _, _ in rows])
-        left.set_ylim(len(rows) - 0.5, -0.5)
-        left.set_xscale("log")
-        left.set_xlim(0.3, 400.0)
-        left.set_xticks([0.5, 1.0, 5.0, 10.0, 50.0], ["0.5", "1", "5", "10", "50"])
-        left.set_xticks([], minor=True)
-        left.set(xlabel="backlash [′], crank held", title="backlash: conventional ●, compensated by 4.06 µm ○")
-        degrees = np.degrees(phase)
-        right.plot(degrees, delta_corrected / UM, color=BLUE, label="√(1.66 − 1.625 cosψ)")
-        right.plot(degrees, delta_printed / UM, color=ORANGE, linestyle="--", label="√(11.66 + 1.625 cosψ), printed")
-        right.set(xlim=(0, 180), xticks=range(0, 181, 30), ylim=(0, 5.6))
-        right.set(xlabel="phase ψ [°]   (0 root, 180 tip)", ylabel="δ(ψ) [µm]", title="deformation added to a flank")
-        right.legend(loc="upper right")
-        figure.suptitle("RV-40E: published and computed")
-    return save(figure, folder, "article_rv40e")
+    figure = Figure(figsize=(10.0, 4.4), layout="constrained")
+    left, right = figure.subplots(1, 2, width_ratios=(1.35, 1.0))
+    for y, (_, (before, after), colour) in enumerate(rows):
+        left.plot([before, after], [y, y], color="grey", linewidth=1.2, zorder=1)
+        left.plot(before, y, "o", color=colour)
+        left.plot(after, y, "o", color=colour, markerfacecolor="white")
+        left.annotate(
+            f"{before:.2f}′ → {after:.2f}′", (before, y), xytext=(9, 0), textcoords="offset points", va="center"
+        )
+    left.set_yticks(range(len(rows)), [name for name, _, _ in rows])
+    left.set_ylim(len(rows) - 0.5, -0.5)
+    left.set_xscale("log")
+    left.set_xlim(0.3, 400.0)
+    left.set_xticks([0.5, 1.0, 5.0, 10.0, 50.0], ["0.5", "1", "5", "10", "50"])
+    left.set_xticks([], minor=True)
+    left.set(xlabel="backlash [′], crank held", title="backlash: conventional ●, compensated by 4.06 µm ○")
+    degrees = np.degrees(phase)
+    right.plot(degrees, delta_corrected / UM, color="tab:blue", label="√(1.66 − 1.625 cosψ)")
+    right.plot(degrees, delta_printed / UM, color="tab:orange", linestyle="--", label="√(11.66 + 1.625 cosψ), printed")
+    right.set(xlim=(0, 180), xticks=range(0, 181, 30), ylim=(0, 5.6))
+    right.set(xlabel="phase ψ [°]   (0 root, 180 tip)", ylabel="δ(ψ) [µm]", title="deformation added to a flank")
+    right.legend(loc="upper right")
+    for ax in (left, right):
+        ax.grid(alpha=0.4)
+    figure.suptitle("RV-40E: published and computed")
+    return cp.plot.save(figure, folder, "article_rv40e")
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Print the table and the statement and draw the picture."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("--out", type=Path, default=Path("out/article_rv40e"), help="folder for the picture")
+    folder = parser.parse_args(arguments).out
+    folder.mkdir(parents=True, exist_ok=True)
+    print(table(), statement(), sep="\n\n")
+    print(*visualize(folder), sep="\n")
 
 
 if __name__ == "__main__":
-    print(table(), statement(), sep="\n\n")
-    print(*visualize(Path(mkdtemp())), sep="\n")
+    main()

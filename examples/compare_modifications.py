@@ -1,42 +1,23 @@
-"""Five modifications with the same radial clearance on one RV-40E: backlash, load sharing, lost motion, rigidity.
+"""Compare five grinding modifications with the same radial clearance: backlash, load sharing, lost motion, rigidity.
 
-Radial clearance is Δr_rp + Δr_p, the gap at root and tip. The last row turns the flanks of the conjugate pair
-towards their pins until 0.2′ of backlash is left.
+Radial clearance is Δr_rp + Δr_p, the gap at root and tip. The last row rotates the flanks of the conjugate pair
+towards their pins to a backlash of 0.2′.
 """
 
 from __future__ import annotations
 
+import argparse
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import mkdtemp
 
 import numpy as np
+from matplotlib.figure import Figure
 
-from cycloid_profile import (
-    Accuracy,
-    Cranks,
-    Drive,
-    Equidistant,
-    Equilibrium,
-    FlankRotation,
-    InvoluteStage,
-    LoadCase,
-    LoadSharing,
-    ToothProfile,
-    Trochoid,
-    accuracy,
-    compensate,
-    conjugate_pair,
-    modify,
-    zero_backlash_pair,
-)
-from cycloid_profile.arrays import FloatArray
-from cycloid_profile.contact.backlash import first_order_backlash
-from cycloid_profile.export.deviation import distances
-from cycloid_profile.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, new_figure, phase_axis, save, style
+import cycloid_profile as cp
 from cycloid_profile.units import ARCMIN, DEGREE, NEWTON_METRE, UM
 
-DRIVE = Drive(Trochoid(40, 64.0, 1.3), 3.0, 11.5, 2, Cranks(3, 36.0, 4.0e5), InvoluteStage(12, 36, 1.5))
+DRIVE = cp.Drive(cp.Trochoid(40, 64.0, 1.3), 3.0, 11.5, 2, cp.Cranks(3, 36.0, 4.0e5), cp.InvoluteStage(12, 36, 1.5))
 TORQUE = 412.0 * NEWTON_METRE
 CLEARANCES = (6.0 * UM, 22.5 * UM)
 BACKLASH_LEFT = 0.2 * ARCMIN
@@ -49,9 +30,9 @@ class Modified:
 
     name: str
     clearance: float
-    profile: ToothProfile
-    sharing: LoadSharing
-    accuracy: Accuracy
+    profile: cp.ToothProfile
+    sharing: cp.LoadSharing
+    accuracy: cp.Accuracy
 
     @property
     def rigidity(self) -> float:
@@ -59,34 +40,34 @@ class Modified:
         return self.accuracy.torsional_rigidity * ARCMIN / NEWTON_METRE
 
 
-def profiles(clearance: float) -> dict[str, ToothProfile]:
+def profiles(clearance: float) -> dict[str, cp.ToothProfile]:
     """The five teeth with the radial clearance ``clearance`` [mm]."""
     theory = DRIVE.theoretical_profile
-    equidistant, radial_moving = conjugate_pair(DRIVE.trochoid, clearance)
-    conjugate = modify(theory, equidistant, radial_moving)
-    compensated = compensate(LoadCase(DRIVE, conjugate, TORQUE), Equilibrium(), poses=POSES).profile
-    excess = first_order_backlash(DRIVE, equidistant.amount, radial_moving.amount) - BACKLASH_LEFT
+    equidistant, radial_moving = cp.conjugate_pair(DRIVE.trochoid, clearance)
+    conjugate = cp.modify(theory, equidistant, radial_moving)
+    compensated = cp.compensate(cp.LoadCase(DRIVE, conjugate, TORQUE), cp.Equilibrium(), poses=POSES).profile
+    excess = cp.contact.first_order_backlash(DRIVE, equidistant.amount, radial_moving.amount) - BACKLASH_LEFT
     return {
-        "equidistant": modify(theory, Equidistant(clearance)),
-        "zero-backlash pair": modify(theory, *zero_backlash_pair(DRIVE.trochoid, clearance)),
+        "equidistant": cp.modify(theory, cp.Equidistant(clearance)),
+        "zero-backlash pair": cp.modify(theory, *cp.zero_backlash_pair(DRIVE.trochoid, clearance)),
         "conjugate pair": conjugate,
         "conjugate, compensated": compensated,
-        "conjugate, flanks turned": modify(conjugate, FlankRotation(-0.5 * excess)),
+        "conjugate, flanks turned": cp.modify(conjugate, cp.FlankRotation(-0.5 * excess)),
     }
 
 
-def loaded(name: str, clearance: float, profile: ToothProfile) -> Modified:
+def loaded(name: str, clearance: float, profile: cp.ToothProfile) -> Modified:
     """Load one tooth."""
-    case = LoadCase(DRIVE, profile, TORQUE)
-    return Modified(name, clearance, profile, Equilibrium().solve(case), accuracy(case, POSES))
+    case = cp.LoadCase(DRIVE, profile, TORQUE)
+    return Modified(name, clearance, profile, cp.Equilibrium().solve(case), cp.accuracy(case, POSES))
 
 
 compared = {c: {name: loaded(name, c, profile) for name, profile in profiles(c).items()} for c in CLEARANCES}
 
 
-def normal_removal(profile: ToothProfile, phase: FloatArray) -> FloatArray:
+def normal_removal(profile: cp.ToothProfile, phase: np.ndarray) -> np.ndarray:
     """Material ``profile`` lacks against theory along the normal, in the shape of ``phase`` [mm]; exact distances."""
-    removal: FloatArray = -distances(DRIVE.theoretical_profile, profile.at(phase).position)
+    removal: np.ndarray = -cp.export.distances(DRIVE.theoretical_profile, profile.at(phase).position)
     return removal
 
 
@@ -110,26 +91,35 @@ def table() -> str:
 
 def visualize(folder: Path) -> tuple[Path, Path]:
     """Normal removal of the five teeth, one panel per radial clearance, as PNG and SVG."""
-    looks = ((BLACK, "-"), (GREY, "--"), (BLUE, "-"), (SKY, "--"), (ORANGE, "-"))
+    looks = (("black", "-"), ("grey", "--"), ("tab:blue", "-"), ("deepskyblue", "--"), ("tab:orange", "-"))
     phase = np.linspace(-np.pi, np.pi, 721)
     psi0 = DRIVE.trochoid.critical_phase
-    with style():
-        figure = new_figure(10.0, 5.0)
-        axes = figure.subplots(1, len(compared))
-        for ax, (clearance, teeth) in zip(axes, compared.items(), strict=True):
-            for (colour, dash), m in zip(looks, teeth.values(), strict=True):
-                removal = normal_removal(m.profile, phase)
-                ax.plot(phase / DEGREE, removal / UM, color=colour, linestyle=dash, label=m.name)
-            for side in (-1.0, 1.0):
-                ax.axvline(side * psi0 / DEGREE, color=GREEN, linewidth=0.9, linestyle=":")
-            phase_axis(ax)
-            ax.set(title=f"radial clearance {clearance / UM:g} µm", ylabel="material removed along the normal [µm]")
-        handles, labels = axes[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=5)
-        figure.suptitle("RV-40E: equal at root and tip, different where the load is (dotted: ±ψ0)")
-    return save(figure, folder, "compare_modifications")
+    figure = Figure(figsize=(10.0, 5.0), layout="constrained")
+    axes = figure.subplots(1, len(compared))
+    for ax, (clearance, teeth) in zip(axes, compared.items(), strict=True):
+        for (colour, dash), m in zip(looks, teeth.values(), strict=True):
+            removal = normal_removal(m.profile, phase)
+            ax.plot(phase / DEGREE, removal / UM, color=colour, linestyle=dash, label=m.name)
+        for side in (-1.0, 1.0):
+            ax.axvline(side * psi0 / DEGREE, color="tab:green", linewidth=0.9, linestyle=":")
+        ax.set(xlim=(-180, 180), xticks=range(-180, 181, 60), xlabel="phase ψ [°]   (0 root, ±180 tip)")
+        ax.set(title=f"radial clearance {clearance / UM:g} µm", ylabel="material removed along the normal [µm]")
+        ax.grid(alpha=0.4)
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=5)
+    figure.suptitle("RV-40E: equal at root and tip, different on the loaded flank (dotted: ±ψ0)")
+    return cp.plot.save(figure, folder, "compare_modifications")
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Print the table and draw the picture."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("--out", type=Path, default=Path("out/compare_modifications"), help="folder for the picture")
+    folder = parser.parse_args(arguments).out
+    folder.mkdir(parents=True, exist_ok=True)
+    print(table())
+    print(*visualize(folder), sep="\n")
 
 
 if __name__ == "__main__":
-    print(table())
-    print(*visualize(Path(mkdtemp())), sep="\n")
+    main()

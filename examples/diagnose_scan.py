@@ -1,60 +1,84 @@
-"""From a measured disc to the names of what went wrong when it was ground.
+"""Find two hidden grinding errors in the scan of a disc, with their sizes and uncertainties.
 
-A disc is simulated with two errors nobody is told: an index error of the work spindle, and half of the deformation
-compensation forgotten. The scan is laid beside the drawing, the errors are named with their sizes and uncertainties,
-and a spec file with both added predicts the scan down to its noise.
+The scan is simulated with an index error of the work spindle and with half of the deformation compensation left out.
+The diagnosis sees the scan and the drawing only. A spec with both effects added predicts the scan down to its noise.
 """
 
 from __future__ import annotations
 
+import argparse
+from collections.abc import Sequence
 from pathlib import Path
-from tempfile import mkdtemp
+
+import msgspec
+import numpy as np
+from matplotlib.figure import Figure
 
 import cycloid_profile as cp
-from cycloid_profile.design.ground import built_reducer
-from cycloid_profile.discrepancy.diagnosis import diagnose
-from cycloid_profile.discrepancy.outcome import Diagnosis
-from cycloid_profile.discrepancy.told import effect_tables
-from cycloid_profile.effects.process import CumulativePitchError, MissingDeformationCompensation
-from cycloid_profile.measurement.files import format_measurement, read_measurement
-from cycloid_profile.report.diagnosis_package import with_effects
-from cycloid_profile.rig.simulate import Settings, simulate
 
-SPEC = Path(__file__).with_name("rv40e.toml")
+POINTS, NOISE = 5000, 0.3  # [1, µm]
 HIDDEN = (
-    CumulativePitchError(amplitude_um=1.5, phase_deg=70.0, disc=1),
-    MissingDeformationCompensation(amount_um=1.0, disc=1),
+    {"name": "cumulative_pitch_error", "amplitude_um": 1.5, "phase_deg": 70.0, "disc": 1},
+    {"name": "missing_deformation_compensation", "amount_um": 1.0, "disc": 1},
 )
 
+spec = cp.read_spec(Path(__file__).with_name("rv40e.toml"))
+drawn = cp.design.as_built_reducer(spec)
+ground = cp.effects.build(drawn.case, [cp.effects.effect(table) for table in HIDDEN])
+scan = cp.rig.simulate(ground, "profile_scan", cp.rig.Settings(points=POINTS, noise=NOISE, seed=3))
+found = cp.diagnosis.diagnose(drawn, [scan])
+(gap,) = found.gaps
 
-def main(folder: Path, points: int = 5000) -> tuple[Diagnosis, Path]:
-    """Measure, diagnose, write the new spec; returns the diagnosis and the path of that spec."""
-    drawn = built_reducer(cp.read_spec(SPEC))
-    ground = drawn
-    for effect in HIDDEN:
-        ground = effect.apply(ground)
-    scan = folder / "scan.csv"
-    measured = simulate(ground, "profile_scan", Settings(points=points, noise=0.3, seed=3))
-    scan.write_text(format_measurement(measured), encoding="utf-8")
+tables = cp.diagnosis.effect_tables(found, {})
+new_spec = msgspec.structs.replace(spec, effects=[*spec.effects, *tables])
+again = cp.diagnosis.diagnose(cp.design.as_built_reducer(new_spec), [scan])
 
-    found = diagnose(drawn, [read_measurement(scan)])
-    print(f"{found.verdict}; chance that noise alone leaves as much: {found.detection.p_value:.0e}")
+
+def report() -> str:
+    """The verdict, the effects with their sizes, and the gap before and after."""
+    lines = [f"{found.verdict}; probability of this difference by noise alone: {found.detection.p_value:.0e}"]
     for one in found.effects:
-        print(f"  {one.candidate.name}, not told from {', '.join(one.group[1:]) or 'no other'}")
-        for key, value in one.parameters.items():
-            if key in one.uncertainty:
-                print(f"    {key} = {value:.3f} ± {one.uncertainty[key]:.3f}")
-    for gap in found.gaps:
-        print(f"gap in µm rms: {gap.fit_before:.3f} → {gap.fit_after:.3f}, of which noise {gap.noise:.3f}")
-        print(f"  in rows that were not fitted: {gap.held_out_before:.3f} → {gap.held_out_after:.3f}")
+        lines.append(f"  {one.candidate.name}, possible confusions: {', '.join(one.group[1:]) or 'none'}")
+        lines += [
+            f"    {key} = {value:.3f} ± {one.uncertainty[key]:.3f}"
+            for key, value in one.parameters.items()
+            if key in one.uncertainty
+        ]
+    return "\n".join(
+        [
+            *lines,
+            f"gap in µm rms: {gap.fit_before:.3f} → {gap.fit_after:.3f}, of which noise {gap.noise:.3f}",
+            f"  in held-out rows: {gap.held_out_before:.3f} → {gap.held_out_after:.3f}",
+            f"with the effects added: {again.verdict}",
+        ]
+    )
 
-    spec = folder / "rv40e_diagnosed.toml"
-    text = with_effects(SPEC.read_text(encoding="utf-8"), effect_tables(found, {scan.name: scan.read_bytes()}))
-    spec.write_text(text, encoding="utf-8")
-    again = diagnose(built_reducer(cp.read_spec(spec)), [read_measurement(scan)])
-    print(f"what is left: chance {found.left.p_value:.2f}; with {spec.name}: {again.verdict}")
-    return found, spec
+
+def visualize(folder: Path) -> tuple[Path, Path]:
+    """Scan minus prediction along the disc, before and after the effects are added, as PNG and SVG."""
+    figure = Figure(figsize=(10.0, 4.4), layout="constrained")
+    axes = figure.subplots(1, 2, sharex=True, sharey=True)
+    for ax, residuals, title in zip(axes, (gap.before, gap.after), ("drawing", "effects added"), strict=True):
+        along = residuals.lobe + np.mod(residuals.phase, 2.0 * np.pi) / (2.0 * np.pi)
+        ax.plot(along, residuals.residual, ".", markersize=2.0, color="tab:blue")
+        ax.set(title=title, xlabel="lobe of the disc")
+        ax.grid(alpha=0.4)
+    axes[0].set_ylabel("material removed beyond the prediction [µm]")
+    figure.suptitle("RV-40E: " + " and ".join(one.candidate.name for one in found.effects))
+    return cp.plot.save(figure, folder, "diagnose_scan")
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Print the report, write scan and new spec, and draw the residuals."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("--out", type=Path, default=Path("out/diagnose_scan"), help="folder for the files")
+    folder = parser.parse_args(arguments).out
+    folder.mkdir(parents=True, exist_ok=True)
+    print(report())
+    (folder / "scan.csv").write_text(cp.measurement.format_measurement(scan), encoding="utf-8")
+    (folder / "rv40e_diagnosed.toml").write_text(cp.format_spec(new_spec), encoding="utf-8")
+    print(folder / "scan.csv", folder / "rv40e_diagnosed.toml", *visualize(folder), sep="\n")
 
 
 if __name__ == "__main__":
-    main(Path(mkdtemp()))
+    main()

@@ -1,4 +1,4 @@
-"""The three prototypes of [TP] on the virtual rig: unmodified, conventional and compensated RV-40E.
+"""Test the three prototypes of a published article on the virtual rig: unmodified, conventional, compensated.
 
 [TP] is "Optimization of Cycloidal Gear Tooth Profile in Rotary Vector Reducer Based on Backlash Reduction".
 Its amounts, equidistant 0.5 mm and radial-moving −0.275 mm, are taken as printed and at a tenth, and compensated
@@ -13,32 +13,11 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import mkdtemp
 
 import numpy as np
+from matplotlib.figure import Figure
 
-from cycloid_profile import (
-    Cranks,
-    Drive,
-    Equidistant,
-    InvoluteStage,
-    LoadCase,
-    RadialMoving,
-    ToothProfile,
-    Trochoid,
-    backlash,
-    compensate_by,
-    modify,
-)
-from cycloid_profile.contact.backlash import input_locked_factor
-from cycloid_profile.effects.built import Built
-from cycloid_profile.effects.compliance import SeriesCompliance
-from cycloid_profile.effects.registry import build
-from cycloid_profile.plot.style import BLACK, BLUE, GREY, ORANGE, new_figure, save, style
-from cycloid_profile.rig.evaluation import LoopFigures, evaluate_loop
-from cycloid_profile.rig.hysteresis import hysteresis_loop
-from cycloid_profile.rig.maps import backlash_map
-from cycloid_profile.rig.reversal import ARTICLE_SPEED, ReversalRun, reversal_run
+import cycloid_profile as cp
 from cycloid_profile.units import ARCMIN, NEWTON_METRE, UM
 
 DELTA_MAX = 4.06 * UM
@@ -50,36 +29,36 @@ TORQUE = 412.0 * NEWTON_METRE
 BRAKES = (0.05, 1.0)  # load against motion, share of the rated torque
 DURATION = 0.7  # six reversals or so [s]
 POSES = 240
-DRIVE = Drive(Trochoid(40, 64.0, 1.3), 3.0, 11.5, 2, Cranks(3, 36.0, 4.0e5), InvoluteStage(12, 36, 1.5))
+DRIVE = cp.Drive(cp.Trochoid(40, 64.0, 1.3), 3.0, 11.5, 2, cp.Cranks(3, 36.0, 4.0e5), cp.InvoluteStage(12, 36, 1.5))
 
 
 @dataclass(frozen=True, slots=True)
 class Prototype:
-    """One reducer and what the rig read of it; angles in rad, stiffness in N·mm/rad.
+    """One reducer and its readings on the rig; angles in rad, stiffness in N·mm/rad.
 
     ``crank_held`` and ``input_held`` are its backlash by geometry, the worst over a mesh cycle and the mean over a
-    turn; ``reversals`` holds B_j of the reversal ``run``. ``loop`` is that of mesh and crank bearings, ``soft_loop``
+    turn; ``reversals`` are B_j of the reversal ``run``. ``loop`` is that of mesh and crank bearings, ``soft_loop``
     the one with the compliance in series.
     """
 
     name: str
     scale: float
-    built: Built
+    reducer: cp.effects.AsBuiltReducer
     crank_held: float
     input_held: float
-    run: ReversalRun
+    run: cp.rig.ReversalRun
     reversals: np.ndarray
-    loop: LoopFigures
-    soft_loop: LoopFigures
+    loop: cp.rig.LoopFigures
+    soft_loop: cp.rig.LoopFigures
 
 
-def loop_figures(built: Built) -> LoopFigures:
+def loop_figures(reducer: cp.effects.AsBuiltReducer) -> cp.rig.LoopFigures:
     """The loop up to rated torque, evaluated."""
-    loop = hysteresis_loop(built)
-    return evaluate_loop(loop.torque, loop.angle)
+    loop = cp.rig.hysteresis_loop(reducer)
+    return cp.rig.evaluate_loop(loop.torque, loop.angle)
 
 
-def take_up(run: ReversalRun, play: float) -> np.ndarray:
+def take_up(run: cp.rig.ReversalRun, play: float) -> np.ndarray:
     """B_j of each reversal, read between two steps of the record, of which one can be 0.2′ of the output [rad].
 
     The new flank touches where the lag passes half the ``play``: a faultless tooth is the same on both flanks.
@@ -88,40 +67,41 @@ def take_up(run: ReversalRun, play: float) -> np.ndarray:
     for start, follow in zip(run.reversal_time, run.follow_time, strict=True):
         first, last = np.searchsorted(run.time, (start, follow + 1e-9))
         lag = run.lag[first : last + 1]
-        way = np.sign(lag[-1] - lag[0])
-        touch = np.interp(0.5 * play, way * lag, run.time[first : last + 1])
+        direction = np.sign(lag[-1] - lag[0])
+        touch = np.interp(0.5 * play, direction * lag, run.time[first : last + 1])
         turned.append(np.diff(np.interp((start, touch), run.time, run.input_angle))[0])
-    B_j: np.ndarray = np.abs(turned) / run.built.case.drive.reduction_ratio
+    B_j: np.ndarray = np.abs(turned) / run.reducer.case.drive.reduction_ratio
     return B_j
 
 
-def on_the_rig(name: str, scale: float, tooth: ToothProfile) -> Prototype:
-    """Put one tooth to all tests."""
-    built, soft = (build(LoadCase(DRIVE, tooth, TORQUE), more) for more in ([], [SeriesCompliance(SERIES)]))
-    play = float(np.mean(backlash_map(built, POSES).value))
-    run = reversal_run(built, BRAKES[0], duration=DURATION)
+def on_the_rig(name: str, scale: float, tooth: cp.ToothProfile) -> Prototype:
+    """Run all tests of one tooth."""
+    series = cp.effects.effect({"name": "series_compliance", "stiffness_nm_per_arcmin": SERIES})
+    reducer, soft = (cp.effects.build(cp.LoadCase(DRIVE, tooth, TORQUE), more) for more in ([], [series]))
+    play = float(np.mean(cp.rig.backlash_map(reducer, POSES).value))
+    run = cp.rig.reversal_run(reducer, BRAKES[0], duration=DURATION)
     return Prototype(
         name=name,
         scale=scale,
-        built=built,
-        crank_held=backlash(DRIVE, tooth).worst,
+        reducer=reducer,
+        crank_held=cp.backlash(DRIVE, tooth).worst,
         input_held=play,
         run=run,
         reversals=take_up(run, play),
-        loop=loop_figures(built),
+        loop=loop_figures(reducer),
         soft_loop=loop_figures(soft),
     )
 
 
-def conventional_tooth(scale: float) -> ToothProfile:
+def conventional_tooth(scale: float) -> cp.ToothProfile:
     """The tooth with ``scale`` times the printed pair."""
-    pair = (Equidistant(scale * EQUIDISTANT), RadialMoving(scale * RADIAL_MOVING))
-    return modify(DRIVE.theoretical_profile, *pair)
+    pair = (cp.Equidistant(scale * EQUIDISTANT), cp.RadialMoving(scale * RADIAL_MOVING))
+    return cp.modify(DRIVE.theoretical_profile, *pair)
 
 
-def compensated_tooth(scale: float) -> ToothProfile:
+def compensated_tooth(scale: float) -> cp.ToothProfile:
     """The same with the published compensation."""
-    return compensate_by(LoadCase(DRIVE, conventional_tooth(scale), TORQUE), DELTA_MAX).profile
+    return cp.compensate_by(cp.LoadCase(DRIVE, conventional_tooth(scale), TORQUE), DELTA_MAX).profile
 
 
 unmodified = on_the_rig("unmodified", 0.0, DRIVE.theoretical_profile)
@@ -134,13 +114,13 @@ readings = {
 }
 prototypes = (unmodified, *(prototype for pair in readings.values() for prototype in pair))
 plausible = (unmodified, *readings["a tenth"])
-braked = tuple(take_up(reversal_run(p.built, BRAKES[1], duration=DURATION), p.input_held) for p in plausible)
+braked = tuple(take_up(cp.rig.reversal_run(p.reducer, BRAKES[1], duration=DURATION), p.input_held) for p in plausible)
 
 crank_held_change = -2.0 * DELTA_MAX / DRIVE.trochoid.longest_lever
-input_held_change = crank_held_change * input_locked_factor(DRIVE)
+input_held_change = crank_held_change * cp.contact.input_locked_factor(DRIVE)
 
 
-def rigidity(found: LoopFigures) -> float:
+def rigidity(found: cp.rig.LoopFigures) -> float:
     """Torsional rigidity [N·m/′]."""
     return found.torsional_rigidity * ARCMIN / NEWTON_METRE
 
@@ -150,13 +130,13 @@ def turn_in_a_step(play: float, step: float) -> float:
 
     From the reversal on the input gathers speed evenly, at √(A² − C²) ω for v = A sin(ωt) + C.
     """
-    A, omega, C = ARTICLE_SPEED
+    A, omega, C = cp.rig.ARTICLE_SPEED
     acceleration = omega * math.sqrt(A**2 - C**2)
     return math.sqrt(2.0 * acceleration * play * DRIVE.reduction_ratio) * step / DRIVE.reduction_ratio
 
 
 def table() -> str:
-    """The prototypes, what the compensation changes, and the load: three Markdown tables."""
+    """Three Markdown tables: prototypes, changes by the compensation, load."""
     return "\n\n".join((prototype_table(), change_table(), load_table()))
 
 
@@ -212,8 +192,8 @@ def prototype_table() -> str:
 def change_table() -> str:
     """From conventional to compensated."""
 
-    def row(name: str, tell: Callable[[Prototype], float], theory: float, published: tuple[str, str]) -> list[str]:
-        changes = [(tell(after) - tell(before)) / ARCMIN for before, after in readings.values()]
+    def row(name: str, figure: Callable[[Prototype], float], theory: float, published: tuple[str, str]) -> list[str]:
+        changes = [(figure(after) - figure(before)) / ARCMIN for before, after in readings.values()]
         return [name, *published, f"{theory / ARCMIN:.3f}", *(f"{change:.3f}" for change in changes)]
 
     simulated, measured = (f"{after - before:.2f}" for before, after in (SIMULATED, MEASURED))
@@ -247,7 +227,7 @@ def load_table() -> str:
 
 
 def statement() -> str:
-    """What agrees with the published numbers, and what cannot."""
+    """Agreements with the published numbers, and contradictions."""
     printed, tenth = (pair[0] for pair in readings.values())
     rise = [(np.mean(B_j) - p.input_held) / ARCMIN for B_j, p in zip(braked, plausible, strict=True)]
     spread = max(np.ptp(p.reversals) for p in prototypes) / ARCMIN
@@ -256,7 +236,7 @@ def statement() -> str:
 - Size of the reduction: 2 δmax/(a z_c) = {-crank_held_change / ARCMIN:.3f}′, {-input_held_change / ARCMIN:.3f}′ with \
 the input held, between 0.32′ simulated and 0.64′ measured.
 - Zero for the unmodified prototype: every pin touches at every angle, so that no turn is free.
-- The level of the stiffness, once {SERIES:.0f} N·m/′ stand in series: {rigidity(tenth.soft_loop):.0f} N·m/′.
+- The level of the stiffness, once {SERIES:.0f} N·m/′ are added in series: {rigidity(tenth.soft_loop):.0f} N·m/′.
 Cannot agree
 - Backlash: {printed.input_held / ARCMIN:.1f}′ with the amounts as printed, \
 {tenth.input_held / ARCMIN:.2f}′ with a tenth, where 0.88′ is published as simulated and 1.30′ as measured.
@@ -273,46 +253,46 @@ Cannot agree
 
 def visualize(folder: Path) -> tuple[Path, Path]:
     """One reversal, and the loops about zero, of the prototypes at a tenth; as PNG and SVG."""
-    with style():
-        figure = new_figure(10.5, 4.6)
-        left, right = figure.subplots(1, 2, width_ratios=(1.2, 1.0))
-        for colour, prototype in zip((BLACK, BLUE, ORANGE), plausible, strict=True):
-            run = prototype.run
-            turns = int(np.searchsorted(run.reversal_time, 0.5))
-            start, follow = run.reversal_time[turns], run.follow_time[turns]
-            near = (run.time > start - 0.004) & (run.time < start + 0.016)
-            left.plot(
-                1e3 * (run.time[near] - start),
-                run.lag[near] / ARCMIN,
-                color=colour,
-                label=f"{prototype.name}: B_j = {prototype.reversals[turns] / ARCMIN:.2f}′",
-            )
-            left.plot(1e3 * (follow - start), np.interp(follow, run.time, run.lag) / ARCMIN, "o", color=colour)
-            loop = prototype.soft_loop
-            right.plot(
-                loop.angle / ARCMIN,
-                loop.torque / NEWTON_METRE,
-                color=colour,
-                label=f"{prototype.name}: {rigidity(loop):.0f} N·m/′",
-            )
-        left.axvline(0.0, color=GREY, linewidth=0.9, linestyle=":")
-        left.set(xlabel="time after the reversal of the input [ms]", ylabel="output minus its ideal angle [′]")
-        left.set_ylim(top=left.get_ylim()[1] + 2.2)
-        left.set_title("reversal run (● the other flank takes up the load)")
-        left.legend(loc="upper left")
-        right.set(xlabel="angle [′]", ylabel="torque [N·m]", ylim=(-450.0, 750.0))
-        right.set_title(f"hysteresis loop, {SERIES:g} N·m/′ in series")
-        right.legend(loc="upper left")
-        figure.suptitle("RV-40E: three prototypes, the published amounts at a tenth")
-    return save(figure, folder, "prototypes_rv40e")
+    figure = Figure(figsize=(10.5, 4.6), layout="constrained")
+    left, right = figure.subplots(1, 2, width_ratios=(1.2, 1.0))
+    for colour, prototype in zip(("black", "tab:blue", "tab:orange"), plausible, strict=True):
+        run = prototype.run
+        turns = int(np.searchsorted(run.reversal_time, 0.5))
+        start, follow = run.reversal_time[turns], run.follow_time[turns]
+        near = (run.time > start - 0.004) & (run.time < start + 0.016)
+        left.plot(
+            1e3 * (run.time[near] - start),
+            run.lag[near] / ARCMIN,
+            color=colour,
+            label=f"{prototype.name}: B_j = {prototype.reversals[turns] / ARCMIN:.2f}′",
+        )
+        left.plot(1e3 * (follow - start), np.interp(follow, run.time, run.lag) / ARCMIN, "o", color=colour)
+        loop = prototype.soft_loop
+        right.plot(
+            loop.angle / ARCMIN,
+            loop.torque / NEWTON_METRE,
+            color=colour,
+            label=f"{prototype.name}: {rigidity(loop):.0f} N·m/′",
+        )
+    left.axvline(0.0, color="grey", linewidth=0.9, linestyle=":")
+    left.set(xlabel="time after the reversal of the input [ms]", ylabel="output minus its ideal angle [′]")
+    left.set_ylim(top=left.get_ylim()[1] + 2.2)
+    left.set_title("reversal run (● the other flank takes up the load)")
+    left.legend(loc="upper left")
+    right.set(xlabel="angle [′]", ylabel="torque [N·m]", ylim=(-450.0, 750.0))
+    right.set_title(f"hysteresis loop, {SERIES:g} N·m/′ in series")
+    right.legend(loc="upper left")
+    for ax in (left, right):
+        ax.grid(alpha=0.4)
+    figure.suptitle("RV-40E: three prototypes, the published amounts at a tenth")
+    return cp.plot.save(figure, folder, "prototypes_rv40e")
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Print the tables and the statement, and draw the picture."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    parser.add_argument("--out", type=Path, help="folder for the picture, default a new temporary one")
-    out = parser.parse_args(arguments).out
-    folder = Path(mkdtemp()) if out is None else out
+    parser.add_argument("--out", type=Path, default=Path("out/prototypes_rv40e"), help="folder for the picture")
+    folder = parser.parse_args(arguments).out
     folder.mkdir(parents=True, exist_ok=True)
     print(table(), statement(), sep="\n\n")
     print(*visualize(folder), sep="\n")
