@@ -58,7 +58,7 @@ _COMPARED_BACKLASH, _COMPARED_LOADED = 16_384, 512
 _ALLOCATED_LOADED = (1024, 4096)
 # Reducers of the contributions and of the Sobol indices, for backlash and under load; each tolerance costs two more
 # runs of the first and one more of the second.
-_RANKED = ((8192, 1024), (512, 128))
+_RANKED = ((2048, 1024), (512, 128))
 
 
 @dataclass(frozen=True)

@@ -91,17 +91,16 @@ def test_standard_errors_are_those_of_repeated_studies(drawn):
         assert told == pytest.approx(between, rel=0.5)
 
 
-def test_batches_that_are_alike_widen_the_error(drawn):
-    alone, batches = (
+def test_one_batch_of_reducers_has_the_standard_error_of_independent_ones(drawn):
+    # All reducers of the study come from one batch: resampling whole batches would give an error of zero.
+    alone, batch = (
         contributions(
-            study(drawn, [{**RING, "batch_share": share}], lambda x: x.copy(), 4096, batch_size=64), resamples=200
+            study(drawn, [{**RING, "batch_share": share}], lambda x: x.copy(), 256, batch_size=256), resamples=200
         )
         for share in (0.0, 0.5)
     )
-    # The mean of n batches of m: σ²(share/n + (1 − share)/(n m)).
-    expected = np.sqrt(0.5 * 64 + 0.5)
-    ratio = batches.as_drawn[0].mean.error / alone.as_drawn[0].mean.error
-    assert ratio == pytest.approx(expected, rel=0.35)
+    assert batch.as_drawn[0].mean.error == pytest.approx(2.0 / 16.0, rel=0.25)
+    assert batch.as_drawn == alone.as_drawn
 
 
 def test_a_quantity_of_which_less_is_worse_is_counted_from_below(drawn):

@@ -72,18 +72,19 @@ def balanced_reducers(
     pressure_per_root_force: FloatArray,
     start: FloatArray,
     tolerance: float,
+    chosen: IntArray,
 ) -> tuple[FloatArray, FloatArray]:
     """Rotation of the output [rad] and highest peak pressure [MPa], shape (reducers, loads); NaN without equilibrium.
 
-    ``energy`` of the stage as drawn, under any contact law, its poses the loads; ``gap`` (reducers, loads, discs, pins)
-    and ``stretch`` (reducers, loads, bearings, 2) of each reducer in place of those as drawn [mm]; ``play`` of its
+    ``energy`` of the stage as drawn, under any contact law, its poses all loads, of which each reducer has those
+    ``chosen``, shape (reducers, loads); ``gap`` (reducers, loads, discs, pins) and ``stretch`` (reducers, loads, bearings, 2) of each reducer in place of those as drawn [mm]; ``play`` of its
     bearings, shape (reducers,) [mm]; ``pressure_per_root_force``, peak pressure of each contact under 1 N [MPa];
     ``start`` (reducers, loads, unknowns); ``tolerance`` of the imbalance over the torque.
     """
     turned, pressure = np.empty(gap.shape[:2]), np.empty(gap.shape[:2])
     _balanced(
         energy.arrays(), np.array(energy.load, order="C"), gap, stretch, play, pressure_per_root_force, start,
-        tolerance, turned, pressure,
+        tolerance, chosen, turned, pressure,
     )  # fmt: skip
     return turned, pressure
 
@@ -98,6 +99,7 @@ def _balanced(  # pragma: no cover - compiled, out of the sight of the coverage 
     per_root_force: FloatArray,
     start: FloatArray,
     tolerance: float,
+    chosen: IntArray,
     turned: FloatArray,
     pressure: FloatArray,
 ) -> None:
@@ -111,11 +113,12 @@ def _balanced(  # pragma: no cover - compiled, out of the sight of the coverage 
     work = workspace(discs, pins, stretch.shape[2], step.size, forces.size > 0)
     for i in range(reducers):
         for p in range(loads):
-            step[:], forces[:] = start[i, p], load[p]
+            at = chosen[i, p]
+            step[:], forces[:] = start[i, p], load[at]
             problem = PoseProblem(
-                drawn.law, drawn.constant[p], gap[i, p], drawn.frame[p], drawn.own, drawn.spring_stretch[p],
-                stretch[i, p], drawn.bearing_stiffness, play[i], drawn.torque[p], drawn.rotation[p], drawn.arm,
-                drawn.compliance[p],
+                drawn.law, drawn.constant[at], gap[i, p], drawn.frame[at], drawn.own, drawn.spring_stretch[at],
+                stretch[i, p], drawn.bearing_stiffness, play[i], drawn.torque[at], drawn.rotation[at], drawn.arm,
+                drawn.compliance[at],
             )  # fmt: skip
             off = least_energy(problem, tolerance, step, forces, work)
             highest = 0.0
@@ -123,7 +126,24 @@ def _balanced(  # pragma: no cover - compiled, out of the sight of the coverage 
                 for k in range(pins):
                     force = work.force[d * pins + k]
                     if force > 0.0:
-                        highest = max(highest, math.sqrt(force) * per_root_force[p, d, k])
+                        highest = max(highest, math.sqrt(force) * per_root_force[at, d, k])
             lost = not off < 100.0 * tolerance
-            turned[i, p] = np.nan if lost else drawn.rotation[p] + step[0]
+            turned[i, p] = np.nan if lost else drawn.rotation[at] + step[0]
             pressure[i, p] = np.nan if lost else highest
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def chosen_rows(  # pragma: no cover - compiled, out of the sight of the coverage tool
+    begin: IntArray, column: IntArray, weight: FloatArray, x: FloatArray, chosen: IntArray, found: FloatArray
+) -> None:
+    """Add the product of some rows of a sparse matrix with each row of ``x`` to ``found``.
+
+    ``found`` shape (reducers, loads, rows of a load); ``chosen`` the loads of each reducer, shape (reducers, loads).
+    """
+    reducers, loads, rows = found.shape
+    for i in range(reducers):
+        for p in range(loads):
+            for r in range(rows):
+                row = chosen[i, p] * rows + r
+                for entry in range(begin[row], begin[row + 1]):
+                    found[i, p, r] += weight[entry] * x[i, column[entry]]

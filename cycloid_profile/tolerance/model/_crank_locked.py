@@ -9,11 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from cycloid_profile.arrays import BoolArray, FloatArray
+from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
 from cycloid_profile.contact.bodies import support_misfit, support_model
 from cycloid_profile.contact.mesh import LEAST_REACH, Gaps, Meshing, closing_turn, first_touch, mesh, output_turn
 from cycloid_profile.contact.stage import ContactPoints
@@ -32,12 +33,16 @@ class CrankLockedBacklash:
 
     ``base`` shape (contacts, flanks) [rad] with the errors of the working point, infinite where a flank has fewer
     contacts than the others; flanks are those that stop a forward rotation at each pose, then those that stop a
-    backward one. ``by_unit`` sparse, (contacts·flanks, coordinates) [rad per unit].
+    backward one. ``by_unit`` sparse, (contacts·flanks, coordinates) [rad per unit]. ``pin`` of each contact, counted
+    over all discs, in the shape of ``base``; ``arm`` of each pin about its disc, shape (poses, 2, pins), 0 where out of
+    reach [mm].
     """
 
     reducer: AsBuiltReducer
     base: FloatArray
     by_unit: Any
+    pin: IntArray
+    arm: FloatArray
 
     @property
     def poses(self) -> int:
@@ -53,6 +58,28 @@ class CrankLockedBacklash:
         least_turns(matrix.indptr, matrix.indices, matrix.data, self.base, np.ascontiguousarray(x), turn)
         return turn[:, : self.poses] + turn[:, self.poses :]
 
+    def extremes(self, x: FloatArray) -> FloatArray:
+        """Largest and least backlash over the turn, between the poses too, shape (reducers, 2) [rad]."""
+        from cycloid_profile.tolerance.model._extremes import turn_extremes
+
+        found = np.empty((len(x), 2))
+        turn_extremes(*self._by_pose, np.ascontiguousarray(x), found)
+        return found
+
+    @cached_property
+    def _by_pose(self) -> tuple[Any, ...]:
+        """Contacts in the order of the poses: sparse rows, closing turns as drawn, and their pins."""
+        most, flanks = self.base.shape
+        order = np.arange(most * flanks).reshape(most, 2, self.poses).transpose(2, 1, 0)
+        matrix = self.by_unit[order.ravel()]
+        pin = np.where(np.isfinite(self.base), self.pin, -1).reshape(-1)[order]
+        row_of = np.full(self.arm.shape, -1)
+        pose, flank, slot = np.nonzero(pin >= 0)
+        row_of[pose, flank, pin[pose, flank, slot]] = (2 * pose + flank) * most + slot
+        base = np.ascontiguousarray(self.base.reshape(-1)[order])
+        return (matrix.indptr, matrix.indices, matrix.data, base, np.ascontiguousarray(pin), row_of,
+                np.ascontiguousarray(self.arm))  # fmt: skip
+
 
 def crank_locked_backlash(
     reducer: AsBuiltReducer, changes: Sequence[ReducerChange], poses: int = 47
@@ -63,10 +90,12 @@ def crank_locked_backlash(
     """
     drive = reducer.case.drive
     trochoid = drive.trochoid
-    meshing = mesh(trochoid, output_turn(trochoid, pose_count(poses, trochoid.lobes * trochoid.pins)), drive.discs)
+    meshing = mesh(trochoid, output_turn(trochoid, poses), drive.discs)
     discs = _UnloadedDiscs(reducer, meshing)
     from_drawing = ReducerChange(as_drawn(reducer.case), reducer)
     base: list[FloatArray] = []
+    pins: list[IntArray] = []
+    arms: list[FloatArray] = []
     columns: list[list[FloatArray | None]] = []
     for direction in (1.0, -1.0):
         rotation, found = _touched(reducer.case.profile, drive.pin_radius, meshing, direction)
@@ -77,12 +106,15 @@ def crank_locked_backlash(
         gap = found.gap if opened is None else found.gap + opened
         with np.errstate(divide="ignore"):
             base.append(contacts.packed(direction * rotation[..., np.newaxis] + gap / arm, np.inf))
+        pins.append(contacts.order.T)
+        arms.append(np.where(contacts.stops, arm, 0.0).reshape(len(arm), -1))
         columns.append([contacts.divided(discs.opened(one, points, found.lever), arm) for one in changes])
     most = max(len(one) for one in base)
     whole = np.ascontiguousarray(np.concatenate([_padded(one, most, np.inf) for one in base], axis=1))
     shape = (most, len(meshing.phase))
     both = [_both(forward, backward, shape) for forward, backward in zip(*columns, strict=True)]
-    return CrankLockedBacklash(reducer, whole, sparse_columns(both, whole.size))
+    pin = np.concatenate([np.pad(one, ((0, most - len(one)), (0, 0))) for one in pins], axis=1)
+    return CrankLockedBacklash(reducer, whole, sparse_columns(both, whole.size), pin, np.stack(arms, axis=1))
 
 
 def backlash_derivatives(
@@ -171,6 +203,7 @@ class _Contacts:
     """Contacts of one flank, one column per pose, padded to the length of the longest."""
 
     def __init__(self, stops: BoolArray) -> None:
+        self.stops = stops
         flat = stops.reshape(len(stops), -1)
         self.order = np.argsort(~flat, axis=1, kind="stable")[:, : int(np.max(np.sum(flat, axis=1)))]
         self.real = np.take_along_axis(flat, self.order, axis=1)

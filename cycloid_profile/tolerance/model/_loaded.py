@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from cycloid_profile.arrays import FloatArray
+from cycloid_profile.arrays import FloatArray, IntArray
 from cycloid_profile.contact.bodies import support_model
 from cycloid_profile.contact.mesh import LEAST_REACH, gaps, mesh
 from cycloid_profile.contact.stage import (
@@ -42,7 +42,8 @@ class LoadedStage:
     (loads, coordinates), angle errors [rad per unit]; ``pressure_per_root_force`` peak pressure of each contact under
     1 N, shape (loads, discs, pins) [MPa]. ``rigid_motion`` shape (loads, unknowns) of all discs with the carrier;
     ``closing`` of each gap per rotation along the torque, 0 where too little [mm]; ``overclosure``, an additional
-    rotation that guarantees contact, shape (loads,) [rad].
+    rotation that guarantees contact, shape (loads,) [rad]; ``rotation_by_unit``, change of the rotation to first order,
+    shape (loads, coordinates) [rad per unit].
     """
 
     reducer: AsBuiltReducer
@@ -57,47 +58,63 @@ class LoadedStage:
     rigid_motion: FloatArray
     closing: FloatArray
     overclosure: FloatArray
+    rotation_by_unit: FloatArray
 
-    def answers(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def answers(self, x: FloatArray, chosen: IntArray | None = None) -> tuple[FloatArray, FloatArray]:
         """Rotation of the output [rad] and highest peak pressure [MPa] at each load, shape (reducers, loads).
 
-        NaN where a reducer finds no equilibrium.
+        At the loads ``chosen`` for each reducer, shape (reducers, some), at all of them unless given. NaN where a
+        reducer finds no equilibrium.
         """
-        blocks = [self._block(x[at : at + _BLOCK]) for at in range(0, len(x), _BLOCK)]
+        every = np.arange(len(self.energy.torque))
+        some = np.broadcast_to(every, (len(x), every.size)) if chosen is None else chosen
+        blocks = [self._block(x[at : at + _BLOCK], some[at : at + _BLOCK]) for at in range(0, len(x), _BLOCK)]
         rotation, pressure = (np.concatenate(each) for each in zip(*blocks, strict=True))
         return rotation, pressure
 
-    def errors(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def linear_rotation(self, x: FloatArray) -> FloatArray:
+        """Rotation at each load to first order about the drawing, shape (reducers, loads) [rad]."""
+        return np.asarray(self.energy.rotation + x @ self.rotation_by_unit.T)
+
+    def errors(self, x: FloatArray, chosen: IntArray | None = None) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Gaps, unloaded bearing displacements and bearing play of reducers with coordinates ``x`` [mm].
 
         Shapes (reducers, loads, discs, pins), (reducers, loads, bearings, 2) and (reducers,).
         """
-        columns = np.ascontiguousarray(x.T)
-        return (
-            self.energy.gap + (self.gap_by_unit @ columns).T.reshape(len(x), *self.energy.gap.shape),
-            self.energy.stretch + (self.stretch_by_unit @ columns).T.reshape(len(x), *self.energy.stretch.shape),
-            np.maximum(self.energy.play + _weighted(x, self.play_by_unit), 0.0),
-        )
+        from cycloid_profile.tolerance.model._compiled import chosen_rows
 
-    def start(self, gap: FloatArray) -> FloatArray:
+        every = np.arange(len(self.energy.torque))
+        some = np.ascontiguousarray(np.broadcast_to(every, (len(x), every.size)) if chosen is None else chosen)
+        found = []
+        for drawn, matrix in ((self.energy.gap, self.gap_by_unit), (self.energy.stretch, self.stretch_by_unit)):
+            made = drawn[some].reshape(*some.shape, -1)
+            chosen_rows(matrix.indptr, matrix.indices, matrix.data, np.ascontiguousarray(x), some, made)
+            found.append(made.reshape(*some.shape, *drawn.shape[1:]))
+        return found[0], found[1], np.maximum(self.energy.play + _weighted(x, self.play_by_unit), 0.0)
+
+    def start(self, gap: FloatArray, chosen: IntArray | None = None) -> FloatArray:
         """Start of the search: all discs turned with the carrier until a pin is pressed, shape (reducers, loads, n).
 
         Without any contact the force is zero and gives no search direction.
         """
+        some = np.arange(len(self.energy.torque))[np.newaxis] if chosen is None else chosen
+        closing = self.closing[some]
         with np.errstate(divide="ignore", invalid="ignore"):
-            turn = np.where(self.closing > 0.0, gap / self.closing, np.inf)
-        first = np.min(turn, axis=(2, 3)) + self.overclosure
-        return np.asarray((np.sign(self.energy.torque) * first)[..., np.newaxis] * self.rigid_motion)
+            turn = np.where(closing > 0.0, gap / closing, np.inf)
+        first = np.min(turn, axis=(2, 3)) + self.overclosure[some]
+        return np.asarray((np.sign(self.energy.torque[some]) * first)[..., np.newaxis] * self.rigid_motion[some])
 
-    def _block(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _block(self, x: FloatArray, chosen: IntArray) -> tuple[FloatArray, FloatArray]:
         from cycloid_profile.tolerance.model._compiled import balanced_reducers
 
-        gap, stretch, play = self.errors(x)
-        highest, start = self.pressure_per_root_force, self.start(gap)
-        turned, pressure = balanced_reducers(self.energy, gap, stretch, play, highest, start, TOLERANCE)
+        gap, stretch, play = self.errors(x, chosen)
+        highest, start = self.pressure_per_root_force, self.start(gap, chosen)
+        some = np.ascontiguousarray(chosen)
+        turned, pressure = balanced_reducers(self.energy, gap, stretch, play, highest, start, TOLERANCE, some)
         through = self.reducer.series_compliance + _weighted(x, self.compliance_by_unit)
         read = np.stack([_weighted(x, row) for row in self.read_by_unit], axis=1)
-        return turned + through[:, np.newaxis] * self.energy.torque + read, pressure
+        read = np.take_along_axis(read, some, axis=1)
+        return turned + through[:, np.newaxis] * self.energy.torque[some] + read, pressure
 
 
 def _weighted(x: FloatArray, weights: FloatArray) -> FloatArray:
@@ -144,20 +161,36 @@ def loaded_stage(
     longest = case.drive.trochoid.longest_lever
     pressed = case.law.approach(np.abs(solved.torque) / longest, case.line_contact(np.zeros(len(solved.torque))))
     angle = -meshing.crank_angle[:, 0] / case.drive.trochoid.lobes
+    gap_by_unit = sparse_columns([one.gap(points) for one in changes], energy.gap.size)
+    stretch_by_unit = sparse_columns([one.misfit(meshing.crank_angle) for one in changes], energy.stretch.size)
+    compliance_by_unit = np.array([one.series_compliance for one in changes])
+    read_by_unit = np.array([one.angle_error(angle) for one in changes]).T
+    tangent = StageTangent(solved)
+    by_unit = _per_load(tangent.pins) @ gap_by_unit + _per_load(tangent.bearings) @ stretch_by_unit
     return LoadedStage(
         reducer=reducer,
         crank_angle=np.asarray(crank_angle, dtype=np.float64),
         energy=energy,
-        gap_by_unit=sparse_columns([one.gap(points) for one in changes], energy.gap.size),
-        stretch_by_unit=sparse_columns([one.misfit(meshing.crank_angle) for one in changes], energy.stretch.size),
+        gap_by_unit=gap_by_unit,
+        stretch_by_unit=stretch_by_unit,
         play_by_unit=np.array([one.play for one in changes]),
-        compliance_by_unit=np.array([one.series_compliance for one in changes]),
-        read_by_unit=np.array([one.angle_error(angle) for one in changes]).T,
+        compliance_by_unit=compliance_by_unit,
+        read_by_unit=read_by_unit,
         pressure_per_root_force=case.law.peak_pressure(np.ones_like(found.gap), energy.contact),
         rigid_motion=support.rigid_motion,
         closing=np.where(arm > LEAST_REACH * longest, arm, 0.0),
         overclosure=0.5 * pressed / longest,
+        rotation_by_unit=by_unit.toarray() + read_by_unit + solved.torque[:, np.newaxis] * compliance_by_unit,
     )
+
+
+def _per_load(weights: FloatArray) -> Any:
+    """Sparse matrix, shape (loads, loads·rest), that adds the rest of each load with these weights."""
+    from scipy.sparse import csr_array
+
+    loads, rest = len(weights), weights[0].size
+    begin = np.arange(loads + 1) * rest
+    return csr_array((weights.ravel(), np.arange(loads * rest), begin), shape=(loads, loads * rest))
 
 
 @dataclass(frozen=True)

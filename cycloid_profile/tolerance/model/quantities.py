@@ -20,6 +20,9 @@ from cycloid_profile.tolerance.model._loaded import LoadedStage, loaded_stage
 from cycloid_profile.units import ARCMIN, ARCSEC
 
 BACKLASH_POSES, LOST_MOTION_POSES, TURN_POSES = 47, 17, 97
+# Poses per turn of the crank between which the backlash of each pin is interpolated. RV-40E, 31,219 poses as the
+# reference: mean off by 0.0019′ with 20, 0.0014′ with 24, 0.0004′ with 40.
+_POSES_PER_CRANK_TURN = 24
 # Quantities in the order of reports, each with its definition.
 QUANTITIES = {
     "backlash_arcmin": "backlash, crank locked, largest over a turn",
@@ -88,8 +91,7 @@ class BacklashQuantities:
     names: tuple[str, ...] = ("backlash_arcmin", "least_backlash_arcmin")
 
     def of(self, x: FloatArray) -> FloatArray:
-        turn = self.backlash.by_pose(x) / ARCMIN
-        return np.stack([np.max(turn, axis=1), np.min(turn, axis=1)], axis=1)
+        return self.backlash.extremes(x) / ARCMIN
 
 
 @dataclass(frozen=True)
@@ -135,8 +137,9 @@ class QuantityModel:
         """The methods that compute them, made once for all reducers."""
         reducer, changes = self.reducer, self.changes
         found: list[Quantities] = []
+        turn = _POSES_PER_CRANK_TURN * reducer.case.drive.trochoid.lobes
         if {"backlash_arcmin", "least_backlash_arcmin"} & set(self.wanted):
-            found.append(BacklashQuantities(crank_locked_backlash(reducer, changes, BACKLASH_POSES)))
+            found.append(BacklashQuantities(crank_locked_backlash(reducer, changes, turn)))
         if "lost_motion_arcmin" in self.wanted:
             found.append(LostMotionQuantities(loaded_stage(reducer, changes, *lost_motion_loads(reducer))))
         if {"transmission_error_arcsec", "peak_pressure_mpa"} & set(self.wanted):

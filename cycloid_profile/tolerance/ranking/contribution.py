@@ -6,7 +6,7 @@ The same reducers are drawn with one width changed, so that both samples differ 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -116,11 +116,12 @@ def _yield_gained(row: Contribution) -> float:
 def contributions(study: Study, limits: Sequence[Limit] = (), resamples: int = 100) -> Contributions:
     """Contributions of the tolerances of a ``study`` to its quantities, and to the yield against ``limits``.
 
-    Each tolerance costs two more runs of the study. Standard errors by bootstrap over reducers in pairs, over batches
-    where reducers of a batch correlate; for hypercubes and nets they are too large.
+    Each tolerance costs two more runs of the study. Every reducer is drawn from a batch of its own: few batches would
+    give no standard error. Standard errors by bootstrap over reducers in pairs; for hypercubes and nets they are too
+    large.
     """
     names, scatters = study.quantity_model.names, study.tolerances.scatters
-    drawn = _values(study, study)
+    drawn = _values(study, _unbatched(study))
     pick = _resampled(study, resamples)
     base = _Sample(drawn, names, limits, pick)
     rows = []
@@ -153,22 +154,20 @@ def _changed(study: Study, number: int, factor: float, base: _Sample) -> _Sample
     factors = [1.0] * len(study.tolerances.scatters)
     factors[number] = factor
     other = study.with_tolerances(study.tolerances.scaled(factors))
-    return _Sample(_values(study, other), base.names, base.limits, base.pick)
+    return _Sample(_values(study, _unbatched(other)), base.names, base.limits, base.pick)
 
 
 def _resampled(study: Study, resamples: int) -> list[np.ndarray]:
-    """All reducers, and then bootstrap samples of as many, in whole batches where reducers of a batch correlate."""
-    batch = study.draws.batch_size if any(one.batch_share for one in study.tolerances.scatters) else 1
-    reducers = np.arange(study.samples)
-    batches = np.split(reducers, range(batch, study.samples, batch)) if batch > 1 else None
+    """All reducers, and then bootstrap samples of as many."""
     stream = generator(study.draws.seed, _BOOTSTRAP, 0)
-    picks = [reducers]
-    for _ in range(resamples):
-        if batches is None:
-            picks.append(stream.integers(0, study.samples, study.samples))
-        else:
-            picks.append(np.concatenate([batches[i] for i in stream.integers(0, len(batches), len(batches))]))
-    return picks
+    return [np.arange(study.samples), *(stream.integers(0, study.samples, study.samples) for _ in range(resamples))]
+
+
+def _unbatched(study: Study) -> Study:
+    """The same study with every reducer from a batch of its own: the same distribution of one reducer."""
+    tolerances = study.tolerances
+    scatters = tuple(replace(one, batch_share=0.0) for one in tolerances.scatters)
+    return study.with_tolerances(replace(tolerances, scatters=scatters))
 
 
 class _Sample:

@@ -1,0 +1,290 @@
+"""Largest and least backlash over a whole turn, compiled by numba; imported inside functions only.
+
+Backlash at a pose is the least closing turn of the forward flank plus that of the backward flank. Its largest value
+over a turn lies mostly at a kink, where another pin becomes the first, so that a parabola through poses misses it. The
+closing turn of one pin is smooth: it is interpolated pin by pin, and the least is taken afterwards.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from cycloid_profile.arrays import FloatArray, IntArray
+
+_ABREAST = 128  # reducers side by side
+_ROUNDING = 1e-9  # rad, less than 1e-5′
+_FAR = 1e3  # rad; closing turn of a pin out of reach
+_PARTS = 4  # of an interval between two poses; halved or doubled, the largest backlash of an RV-40E moves by 2e-5′
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def turn_extremes(  # pragma: no cover - compiled, out of the sight of the coverage tool
+    begin: IntArray,
+    column: IntArray,
+    weight: FloatArray,
+    base: FloatArray,
+    pin: IntArray,
+    row_of: IntArray,
+    arm: FloatArray,
+    x: FloatArray,
+    extremes: FloatArray,
+) -> None:
+    """Fill ``extremes``, shape (reducers, 2), with largest and least sum of both flanks over a turn [rad].
+
+    ``base`` and ``pin`` shape (poses, 2, slots): closing turn as drawn and number of the pin, -1 for an empty slot;
+    ``row_of`` each pin, shape (poses, 2, pins), and its ``arm``, -1 and 0 where out of reach; the rest as in
+    ``least_turns``, with the rows in the order of ``base``. Poses are evenly spaced and close the turn.
+    """
+    rows = _Rows(begin, column, weight, base.ravel(), row_of, arm)
+    short_weight, short_base = weight.astype(np.float32), base.astype(np.float32)
+    some = np.empty((x.shape[1], _ABREAST), np.float32)
+    least = np.empty((len(base), 2, _ABREAST), np.float32)
+    total = np.empty(len(base))
+    for start in range(0, len(x), _ABREAST):
+        count = min(_ABREAST, len(x) - start)
+        for s in range(_ABREAST):
+            for c in range(x.shape[1]):
+                some[c, s] = x[start + min(s, count - 1), c]
+        _all_poses(begin, column, short_weight, short_base, pin, some, least)
+        for s in range(count):
+            for p in range(len(base)):
+                total[p] = least[p, 0, s] + least[p, 1, s]
+            _refined(rows, x[start + s], total, extremes[start + s])
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})  # type: ignore[untyped-decorator, unused-ignore]
+def _all_poses(  # pragma: no cover
+    begin: IntArray,
+    column: IntArray,
+    weight: FloatArray,
+    base: FloatArray,
+    pin: IntArray,
+    some: FloatArray,
+    least: FloatArray,
+) -> None:
+    """Fill ``least``, shape (poses, 2, reducers), with the least closing turns; to seven digits, which choose poses."""
+    own = np.empty(_ABREAST, np.float32)
+    least[:] = np.inf
+    for pose in range(len(base)):
+        for f in range(2):
+            lowest = least[pose, f]
+            for k in range(base.shape[2]):
+                if pin[pose, f, k] < 0:
+                    continue
+                row = (pose * 2 + f) * base.shape[2] + k
+                own[:] = base[pose, f, k]
+                for entry in range(begin[row], begin[row + 1]):
+                    w, sizes = weight[entry], some[np.uint64(column[entry])]
+                    for s in range(_ABREAST):
+                        own[s] += w * sizes[s]
+                for s in range(_ABREAST):
+                    lowest[s] = min(lowest[s], own[s])
+
+
+class _Rows(NamedTuple):
+    """Closing turns of all pins at all poses, linear in the coordinates; as in ``turn_extremes``."""
+
+    begin: IntArray
+    column: IntArray
+    weight: FloatArray
+    base: FloatArray
+    row_of: IntArray
+    arm: FloatArray
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def _turn(rows: _Rows, x: FloatArray, pose: int, f: int, pin: int) -> float:  # pragma: no cover
+    """Closing turn of a pin."""
+    row = rows.row_of[pose, f, pin]
+    if row < 0:
+        return _FAR
+    turn: float = rows.base[row]
+    for entry in range(rows.begin[row], rows.begin[row + 1]):
+        turn += rows.weight[entry] * x[rows.column[entry]]
+    return turn
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def _refined(rows: _Rows, x: FloatArray, total: FloatArray, ends: FloatArray) -> None:  # pragma: no cover
+    """Fill ``ends`` with the extremes of one reducer whose backlash at the poses is ``total``.
+
+    Intervals are searched in the order of what they promise, until none promises more than was found: for the largest
+    value the tip of a tent as steep as the steepest of three intervals; for the least one the vertex of a parabola.
+    """
+    poses, pins = len(total), rows.arm.shape[2]
+    promised = np.empty((2, poses))
+    ends[0], ends[1] = -np.inf, np.inf
+    for a in range(poses):
+        before, here, there, after = total[a - 1], total[a], total[(a + 1) % poses], total[(a + 2) % poses]
+        steepest = max(abs(here - before), abs(there - here), abs(after - there))
+        promised[0, a] = 0.5 * (here + there + steepest)
+        promised[1, a] = min(_vertex(before, here, there), _vertex(here, there, after))
+        ends[0], ends[1] = max(ends[0], here), min(ends[1], here)
+    turn, levers = np.empty((4, 2, pins)), np.empty((4, 2, pins))
+    near, value = np.empty(pins, np.int64), np.empty((2, _PARTS + 1))
+    found = np.zeros((2, _PARTS + 1), np.int64)
+    # The values at the poses themselves are rounded to seven digits.
+    ends[0], ends[1] = ends[0] - _ROUNDING, ends[1] + _ROUNDING
+    for end in range(2):
+        for _ in range(poses):
+            a = int(np.argmax(promised[0])) if end == 0 else int(np.argmin(promised[1]))
+            if not (promised[0, a] > ends[0] if end == 0 else promised[1, a] < ends[1]):
+                break
+            promised[0, a], promised[1, a] = -np.inf, np.inf
+            for step in (1, 2):
+                _turns(rows, x, (a + step - 1) % poses, turn[step], levers[step])
+            if end == 0 and not _straight_tip(turn) > ends[0]:
+                continue
+            for step in (0, 3):
+                _turns(rows, x, (a + step - 1) % poses, turn[step], levers[step])
+            for f in range(2):
+                _within(turn, levers, f, near, value[f], found[f])
+            _search(turn, levers, value, found, ends)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def _turns(  # pragma: no cover
+    rows: _Rows, x: FloatArray, pose: int, turn: FloatArray, arm: FloatArray
+) -> None:
+    """Fill ``turn``, shape (2, pins), and ``arm`` with those of all pins at a pose."""
+    arm[:] = rows.arm[pose]
+    for f in range(2):
+        for pin in range(turn.shape[1]):
+            turn[f, pin] = _turn(rows, x, pose, f, pin)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def _straight_tip(turn: FloatArray) -> float:  # pragma: no cover
+    """Largest sum between two poses by straight lines of the pins that touch first there, if no other pin touches."""
+    ia, ib = np.argmin(turn[1, 0]), np.argmin(turn[2, 0])
+    ja, jb = np.argmin(turn[1, 1]), np.argmin(turn[2, 1])
+    tip: float = _tent(
+        turn[1, 0, ia], turn[2, 0, ia], turn[1, 0, ib], turn[2, 0, ib],
+        turn[1, 1, ja], turn[2, 1, ja], turn[1, 1, jb], turn[2, 1, jb],
+    )  # fmt: skip
+    return tip
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def _vertex(before: float, here: float, after: float) -> float:  # pragma: no cover
+    """Least of the parabola through three poses, the middle one where it bends down."""
+    bend = before - 2.0 * here + after
+    if not bend > 0.0 or abs(after - before) > 2.0 * bend:
+        return here
+    vertex: float = here - (after - before) ** 2 / (8.0 * bend)
+    return vertex
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def _second(  # pragma: no cover
+    turn: FloatArray, f: int, pin: int
+) -> float:
+    """Smaller of the second differences of a pin at poses 1 and 2; 0 beside the end of its reach."""
+    a, b, c, d = turn[0, f, pin], turn[1, f, pin], turn[2, f, pin], turn[3, f, pin]
+    if b >= _FAR or c >= _FAR:
+        return 0.0
+    # Beside the end of the reach a turn bends to infinity, but does not touch.
+    second: float = min(abs(a - 2.0 * b + c), abs(b - 2.0 * c + d))
+    return second if second < 0.5 * _FAR else 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def _tent(  # pragma: no cover
+    fa: float, fab: float, fba: float, fb: float, ga: float, gab: float, gba: float, gb: float
+) -> float:
+    """Largest sum over an interval of two minima of two straight lines each: ``fa`` to ``fab`` and ``fba`` to ``fb``
+    forwards, the same for g backwards; the first line is the lower one at the beginning, the second at the end.
+    """
+    highest = max(fa + ga, fb + gb)
+    for low, rise in ((fba - fa, fab - fb), (gba - ga, gab - gb)):
+        if low + rise > 0.0:
+            u = low / (low + rise)
+            forward = min(fa + u * (fab - fa), fba + u * (fb - fba))
+            backward = min(ga + u * (gab - ga), gba + u * (gb - gba))
+            highest = max(highest, forward + backward)
+    return highest
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def _interpolated(  # pragma: no cover
+    turn: FloatArray, arm: FloatArray, f: int, pin: int, u: float
+) -> float:
+    """Closing turn of a pin between poses 1 (u = 0) and 2 (u = 1), by cubics through four poses.
+
+    Of the turn times its arm and of the arm: both stay smooth where the arm vanishes.
+    """
+    lb, lc = arm[1, f, pin], arm[2, f, pin]
+    if lb == 0.0 or lc == 0.0:
+        return _FAR
+    la, ld = arm[0, f, pin], arm[3, f, pin]
+    b, c = lb * turn[1, f, pin], lc * turn[2, f, pin]
+    a, d = la * turn[0, f, pin], ld * turn[3, f, pin]
+    if la == 0.0 and ld == 0.0:
+        a, la, d, ld = 2.0 * b - c, 2.0 * lb - lc, 2.0 * c - b, 2.0 * lc - lb
+    elif la == 0.0:
+        a, la = 3.0 * (b - c) + d, 3.0 * (lb - lc) + ld
+    elif ld == 0.0:
+        d, ld = 3.0 * (c - b) + a, 3.0 * (lc - lb) + la
+    return _cubic(a, b, c, d, u) / _cubic(la, lb, lc, ld, u)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def _cubic(a: float, b: float, c: float, d: float, u: float) -> float:  # pragma: no cover
+    """Cubic through a, b, c, d at u = -1, 0, 1, 2."""
+    v = 1.0 - u
+    return v * b + u * c - u * v * ((2.0 - u) * (a - 2.0 * b + c) + (1.0 + u) * (b - 2.0 * c + d)) / 6.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def _within(  # pragma: no cover
+    turn: FloatArray, arm: FloatArray, f: int, near: IntArray,
+    value: FloatArray, found: IntArray,
+) -> None:  # fmt: skip
+    """Fill ``value`` and ``found`` with the least closing turn and its pin at ``_PARTS`` + 1 places of an interval."""
+    highest = 0.0
+    at = np.inf
+    for pin in range(turn.shape[2]):
+        both = max(turn[1, f, pin], turn[2, f, pin])
+        if both < at:
+            at = both
+    # Pins above this bound at both ends touch nowhere in between, unless they bend more than the first one.
+    count = 0
+    for pin in range(turn.shape[2]):
+        least = min(turn[1, f, pin], turn[2, f, pin])
+        if least < _FAR and least <= at + 0.25 * _second(turn, f, pin):
+            near[count] = pin
+            count += 1
+    for i in range(_PARTS + 1):
+        u = i / _PARTS
+        highest = np.inf
+        for k in range(count):
+            here = _interpolated(turn, arm, f, near[k], u)
+            if here < highest:
+                highest, found[i] = here, near[k]
+        value[i] = highest
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def _search(  # pragma: no cover
+    turn: FloatArray, arm: FloatArray, value: FloatArray, found: IntArray,
+    ends: FloatArray,
+) -> None:
+    """Raise ``ends[0]`` and lower ``ends[1]`` to the extremes of an interval; kinks at the crossing of two pins."""
+    for i in range(_PARTS):
+        total, later = value[0, i] + value[1, i], value[0, i + 1] + value[1, i + 1]
+        ends[1] = min(ends[1], total, later)
+        ends[0] = max(ends[0], total, later)
+        ia, ib, ja, jb = found[0, i], found[0, i + 1], found[1, i], found[1, i + 1]
+        if ia == ib and ja == jb:
+            continue
+        u, w = i / _PARTS, (i + 1) / _PARTS
+        kink = _tent(
+            value[0, i], _interpolated(turn, arm, 0, ia, w),
+            _interpolated(turn, arm, 0, ib, u), value[0, i + 1],
+            value[1, i], _interpolated(turn, arm, 1, ja, w),
+            _interpolated(turn, arm, 1, jb, u), value[1, i + 1],
+        )  # fmt: skip
+        ends[0] = max(ends[0], kink)
