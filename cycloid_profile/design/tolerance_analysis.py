@@ -56,9 +56,8 @@ _CHUNK_LOADED = 256
 _COMPARED_BACKLASH, _COMPARED_LOADED = 16_384, 512
 # Reducers of the search for the cheapest tolerances and of its confirmation, where each has to be loaded.
 _ALLOCATED_LOADED = (1024, 4096)
-# Reducers of the contributions and of the Sobol indices, for backlash and under load; each tolerance costs two more
-# runs of the first and one more of the second.
-_RANKED = ((2048, 1024), (512, 128))
+# Reducers of the contributions, for backlash and under load; each tolerance costs two more runs.
+_RANKED = (2048, 512)
 
 
 @dataclass(frozen=True)
@@ -237,15 +236,20 @@ def tolerance_record(
         loaded=summaries[1] if len(summaries) > 1 else None,
         drawn=dict(zip(study.quantity_model.names, nominal.tolist(), strict=True)),
         compared=_compensation_comparison(spec, stores, progress),
-        advice=tightening_advice([store.study for store in stores], limits, progress),
+        advice=tightening_advice([store.study for store in stores], limits, progress, (t.sobol_samples, t.sobol_width)),
         allocation=_allocated(spec, many, limits, progress) if allocated else None,
     )
 
 
 def tightening_advice(
-    studies: Sequence[Study], limits: Sequence[Limit], progress: Progress = lambda _: None
+    studies: Sequence[Study],
+    limits: Sequence[Limit],
+    progress: Progress = lambda _: None,
+    sobol: tuple[int, float] = (512, 0.1),
 ) -> TighteningAdvice:
     """Rank the tolerances from studies of the same reducers: of backlash and, if any, under load.
+
+    ``sobol``: cap on the samples of the Sobol indices, and the width of their intervals at which sampling ends.
 
     Raises ``SolveError`` if the nominal reducer, or too many of the reducers, have no equilibrium.
     """
@@ -254,14 +258,17 @@ def tightening_advice(
     point = WorkingPoint.of(first.reducer, first.tolerances)
     slopes = scatter_sensitivities(first.tolerances, point)
     ranked = []
-    for study, (reducers, samples) in zip(studies, _RANKED, strict=False):
+    for study, reducers in zip(studies, _RANKED, strict=False):
         names = study.quantity_model.names
         progress(f"every tolerance halved: {', '.join(name.rsplit('_', 1)[0].replace('_', ' ') for name in names)}")
         known = [limit for limit in limits if limit.quantity in names]
         found = contributions(replace(study, samples=min(reducers, study.samples)), known)
         progress("shares in the variance")
         gradients = {name: point.gradients[name] for name in names}
-        ranked.append(Ranked(found, sobol_shares(study, samples, gradients)))
+        cap = 1 << (sobol[0].bit_length() - 1)
+        shares = sobol_shares(study, cap, gradients, width=sobol[1])
+        progress(f"shares in the variance: {shares.ending}")
+        ranked.append(Ranked(found, shares))
     return TighteningAdvice(slopes, tuple(ranked))
 
 

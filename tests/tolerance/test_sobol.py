@@ -117,6 +117,25 @@ def test_columns_of_groups_cover_every_number_once(drawn):
     np.testing.assert_array_equal(np.sort(np.concatenate(groups.coordinates)), np.arange(groups.draws.columns[-1]))
 
 
+def test_reducers_are_added_until_the_intervals_are_narrow(drawn):
+    wide, narrow = (sobol_shares(study(drawn, linear), 4096, resamples=40, width=width) for width in (0.5, 0.15))
+    for found, width in ((wide, 0.5), (narrow, 0.15)):
+        assert max(share.total.high - share.total.low for share in found.of("y")) == found.width <= width
+        assert "cap" not in found.ending
+    assert wide.reducers < narrow.reducers
+    count = narrow.reducers // 6
+    assert sobol_shares(study(drawn, linear), 4096, resamples=40, width=1e-9).reducers == 6 * 4096
+    assert count & (count - 1) == 0
+
+
+def test_the_cap_on_the_reducers_is_reported(drawn):
+    found = sobol_shares(study(drawn, linear), 256, resamples=40, width=0.001)
+    assert found.reducers == 6 * 256
+    assert found.width > 0.001
+    assert "the cap on their number" in found.ending
+    assert "ending" in found._key_figures()
+
+
 def test_the_same_seed_says_the_same(drawn):
     one, other = (sobol_shares(study(drawn, linear), 64, resamples=20) for _ in range(2))
     assert one.shares == other.shares

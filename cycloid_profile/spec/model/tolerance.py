@@ -81,6 +81,19 @@ class ToleranceSpec(Table, frozen=True):
     yield_percent: Annotated[
         float, key("Yield that the cheapest tolerances must reach [%].", "give 50 to 99.99", ge=1, le=99.99)
     ] = 99.0
+    sobol_width: Annotated[
+        float,
+        key("Widest 95 % interval of a total Sobol index.", "give 0.005 to 1", ge=0.005, le=1.0),
+    ] = 0.1
+    sobol_samples: Annotated[
+        int,
+        key(
+            "Cap on Sobol samples, rounded down to a power of two.",
+            "give 2 to 65536",
+            ge=2,
+            le=65536,
+        ),
+    ] = 512
     limits: LimitsSpec = LimitsSpec()
     effects: Annotated[
         tuple[EffectTable, ...],

@@ -77,9 +77,10 @@ def balanced_reducers(
     """Rotation of the output [rad] and highest peak pressure [MPa], shape (reducers, loads); NaN without equilibrium.
 
     ``energy`` of the stage as drawn, under any contact law, its poses all loads, of which each reducer has those
-    ``chosen``, shape (reducers, loads); ``gap`` (reducers, loads, discs, pins) and ``stretch`` (reducers, loads, bearings, 2) of each reducer in place of those as drawn [mm]; ``play`` of its
-    bearings, shape (reducers,) [mm]; ``pressure_per_root_force``, peak pressure of each contact under 1 N [MPa];
-    ``start`` (reducers, loads, unknowns); ``tolerance`` of the imbalance over the torque.
+    ``chosen``, shape (reducers, loads); ``gap`` (reducers, loads, discs, pins) and ``stretch`` (reducers, loads,
+    bearings, 2) of each reducer in place of those as drawn [mm]; ``play`` of its bearings, shape (reducers,) [mm];
+    ``pressure_per_root_force``, peak pressure of each contact under 1 N [MPa]; ``start`` (reducers, loads, unknowns);
+    ``tolerance`` of the imbalance over the torque.
     """
     turned, pressure = np.empty(gap.shape[:2]), np.empty(gap.shape[:2])
     _balanced(

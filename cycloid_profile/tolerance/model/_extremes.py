@@ -111,38 +111,37 @@ def _turn(rows: _Rows, x: FloatArray, pose: int, f: int, pin: int) -> float:  # 
 def _refined(rows: _Rows, x: FloatArray, total: FloatArray, ends: FloatArray) -> None:  # pragma: no cover
     """Fill ``ends`` with the extremes of one reducer whose backlash at the poses is ``total``.
 
-    Intervals are searched in the order of what they promise, until none promises more than was found: for the largest
-    value the tip of a tent as steep as the steepest of three intervals; for the least one the vertex of a parabola.
+    The least value is smooth: the lowest vertex of the parabolas through three poses. For the largest one intervals are
+    searched in the order of what they promise, until none promises more than was found: the tip of a tent as steep as
+    the steepest of three intervals.
     """
     poses, pins = len(total), rows.arm.shape[2]
-    promised = np.empty((2, poses))
+    promised = np.empty(poses)
     ends[0], ends[1] = -np.inf, np.inf
     for a in range(poses):
         before, here, there, after = total[a - 1], total[a], total[(a + 1) % poses], total[(a + 2) % poses]
         steepest = max(abs(here - before), abs(there - here), abs(after - there))
-        promised[0, a] = 0.5 * (here + there + steepest)
-        promised[1, a] = min(_vertex(before, here, there), _vertex(here, there, after))
-        ends[0], ends[1] = max(ends[0], here), min(ends[1], here)
+        promised[a] = 0.5 * (here + there + steepest)
+        ends[0], ends[1] = max(ends[0], here), min(ends[1], _vertex(before, here, there))
     turn, levers = np.empty((4, 2, pins)), np.empty((4, 2, pins))
     near, value = np.empty(pins, np.int64), np.empty((2, _PARTS + 1))
     found = np.zeros((2, _PARTS + 1), np.int64)
     # The values at the poses themselves are rounded to seven digits.
-    ends[0], ends[1] = ends[0] - _ROUNDING, ends[1] + _ROUNDING
-    for end in range(2):
-        for _ in range(poses):
-            a = int(np.argmax(promised[0])) if end == 0 else int(np.argmin(promised[1]))
-            if not (promised[0, a] > ends[0] if end == 0 else promised[1, a] < ends[1]):
-                break
-            promised[0, a], promised[1, a] = -np.inf, np.inf
-            for step in (1, 2):
-                _turns(rows, x, (a + step - 1) % poses, turn[step], levers[step])
-            if end == 0 and not _straight_tip(turn) > ends[0]:
-                continue
-            for step in (0, 3):
-                _turns(rows, x, (a + step - 1) % poses, turn[step], levers[step])
-            for f in range(2):
-                _within(turn, levers, f, near, value[f], found[f])
-            _search(turn, levers, value, found, ends)
+    ends[0] -= _ROUNDING
+    for _ in range(poses):
+        a = int(np.argmax(promised))
+        if not promised[a] > ends[0]:
+            break
+        promised[a] = -np.inf
+        for step in (1, 2):
+            _turns(rows, x, (a + step - 1) % poses, turn[step], levers[step])
+        if not _straight_tip(turn) > ends[0]:
+            continue
+        for step in (0, 3):
+            _turns(rows, x, (a + step - 1) % poses, turn[step], levers[step])
+        for f in range(2):
+            _within(turn, levers, f, near, value[f], found[f])
+        ends[0] = max(ends[0], _search(turn, levers, value, found))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
@@ -235,7 +234,8 @@ def _interpolated(  # pragma: no cover
 def _cubic(a: float, b: float, c: float, d: float, u: float) -> float:  # pragma: no cover
     """Cubic through a, b, c, d at u = -1, 0, 1, 2."""
     v = 1.0 - u
-    return v * b + u * c - u * v * ((2.0 - u) * (a - 2.0 * b + c) + (1.0 + u) * (b - 2.0 * c + d)) / 6.0
+    value: float = v * b + u * c - u * v * ((2.0 - u) * (a - 2.0 * b + c) + (1.0 + u) * (b - 2.0 * c + d)) / 6.0
+    return value
 
 
 @njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
@@ -269,14 +269,13 @@ def _within(  # pragma: no cover
 
 @njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
 def _search(  # pragma: no cover
-    turn: FloatArray, arm: FloatArray, value: FloatArray, found: IntArray,
-    ends: FloatArray,
-) -> None:
-    """Raise ``ends[0]`` and lower ``ends[1]`` to the extremes of an interval; kinks at the crossing of two pins."""
+    turn: FloatArray, arm: FloatArray, value: FloatArray, found: IntArray
+) -> float:
+    """Largest sum of both flanks in an interval; kinks at the crossing of two pins."""
+    highest: float = -np.inf
     for i in range(_PARTS):
         total, later = value[0, i] + value[1, i], value[0, i + 1] + value[1, i + 1]
-        ends[1] = min(ends[1], total, later)
-        ends[0] = max(ends[0], total, later)
+        highest = max(highest, total, later)
         ia, ib, ja, jb = found[0, i], found[0, i + 1], found[1, i], found[1, i + 1]
         if ia == ib and ja == jb:
             continue
@@ -287,4 +286,5 @@ def _search(  # pragma: no cover
             value[1, i], _interpolated(turn, arm, 1, ja, w),
             _interpolated(turn, arm, 1, jb, u), value[1, i + 1],
         )  # fmt: skip
-        ends[0] = max(ends[0], kink)
+        highest = max(highest, kink)
+    return highest

@@ -9,7 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
-from cycloid_profile.arrays import FloatArray
+from cycloid_profile.arrays import FloatArray, IntArray
 from cycloid_profile.contact.mesh import output_turn
 from cycloid_profile.effects import AsBuiltReducer, ReducerChange
 from cycloid_profile.geometry import Trochoid
@@ -19,10 +19,14 @@ from cycloid_profile.tolerance.model._crank_locked import CrankLockedBacklash, c
 from cycloid_profile.tolerance.model._loaded import LoadedStage, loaded_stage
 from cycloid_profile.units import ARCMIN, ARCSEC
 
+# Poses of the derivatives; at ``TURN_POSES`` of them reducers of a study are solved, too.
 BACKLASH_POSES, LOST_MOTION_POSES, TURN_POSES = 47, 17, 97
 # Poses per turn of the crank between which the backlash of each pin is interpolated. RV-40E, 31,219 poses as the
 # reference: mean off by 0.0019′ with 20, 0.0014′ with 24, 0.0004′ with 40.
 _POSES_PER_CRANK_TURN = 24
+# Poses per turn of the crank at light load, of which as many are solved as are chosen. At rated torque one pose per
+# mesh cycle of the whole turn, of which as many are chosen at either end.
+LOADED_PER_CRANK_TURN, LOST_MOTION_CHOSEN, TURN_CHOSEN = 12, 12, 8
 # Quantities in the order of reports, each with its definition.
 QUANTITIES = {
     "backlash_arcmin": "backlash, crank locked, largest over a turn",
@@ -54,16 +58,16 @@ def crank_angles(trochoid: Trochoid, poses: int) -> FloatArray:
     return output_turn(trochoid, pose_count(poses, trochoid.lobes * trochoid.pins))
 
 
-def lost_motion_loads(reducer: AsBuiltReducer) -> tuple[FloatArray, FloatArray]:
+def lost_motion_loads(reducer: AsBuiltReducer, poses: int = LOST_MOTION_POSES) -> tuple[FloatArray, FloatArray]:
     """Crank angles [rad] and torques [N·mm] of a lost-motion map: all poses forwards, then all backwards."""
-    crank = crank_angles(reducer.case.drive.trochoid, LOST_MOTION_POSES)
+    crank = crank_angles(reducer.case.drive.trochoid, poses)
     light = LOST_MOTION_SHARE * abs(reducer.case.torque)
     return np.tile(crank, 2), np.repeat([light, -light], len(crank))
 
 
-def rated_loads(reducer: AsBuiltReducer) -> tuple[FloatArray, FloatArray]:
+def rated_loads(reducer: AsBuiltReducer, poses: int = TURN_POSES) -> tuple[FloatArray, FloatArray]:
     """Crank angles [rad] and torques [N·mm] of a turn under the rated torque."""
-    crank = crank_angles(reducer.case.drive.trochoid, TURN_POSES)
+    crank = crank_angles(reducer.case.drive.trochoid, poses)
     return crank, np.full(len(crank), abs(reducer.case.torque))
 
 
@@ -96,27 +100,47 @@ class BacklashQuantities:
 
 @dataclass(frozen=True)
 class LostMotionQuantities:
-    """Largest rotation between ∓3 % of the rated torque over a turn of the output."""
+    """Largest rotation between ∓3 % of the rated torque over a turn of the output.
+
+    ``stage`` at all poses forwards, then backwards. Equilibria are solved at the poses of largest ``backlash``.
+    """
 
     stage: LoadedStage
+    backlash: CrankLockedBacklash
     names: tuple[str, ...] = ("lost_motion_arcmin",)
 
     def of(self, x: FloatArray) -> FloatArray:
-        rotation, _ = self.stage.answers(x)
+        poses = _largest(self.backlash.by_pose(x), LOST_MOTION_CHOSEN)
+        rotation, _ = self.stage.answers(x, np.concatenate([poses, poses + self.backlash.poses], axis=1))
         there, back = np.split(rotation, 2, axis=1)
         return np.asarray(np.max(there - back, axis=1)[:, np.newaxis] / ARCMIN)
 
 
 @dataclass(frozen=True)
 class RatedLoadQuantities:
-    """Transmission error, peak to peak over a turn, and the highest peak pressure, at rated torque."""
+    """Transmission error, peak to peak over a turn, and the highest peak pressure, at rated torque.
+
+    Equilibria are solved at some poses evenly over the turn, and at those where the rotation to first order is largest
+    or least.
+    """
 
     stage: LoadedStage
     names: tuple[str, ...] = ("transmission_error_arcsec", "peak_pressure_mpa")
 
     def of(self, x: FloatArray) -> FloatArray:
-        rotation, pressure = self.stage.answers(x)
+        linear = self.stage.linear_rotation(x)
+        loads = linear.shape[1]
+        even = np.unique(np.round(np.arange(TURN_POSES) * loads / TURN_POSES).astype(np.intp) % loads)
+        extreme = [_largest(sign * linear, TURN_CHOSEN) for sign in (1.0, -1.0)]
+        chosen = np.concatenate([np.broadcast_to(even, (len(x), even.size)), *extreme], axis=1)
+        rotation, pressure = self.stage.answers(x, chosen)
         return np.stack([np.ptp(rotation, axis=1) / ARCSEC, np.max(pressure, axis=1)], axis=1)
+
+
+def _largest(values: FloatArray, count: int) -> IntArray:
+    """Columns of the largest ``values`` of each row, shape (rows, count)."""
+    some = min(count, values.shape[1])
+    return np.argpartition(values, -some, axis=1)[:, values.shape[1] - some :]
 
 
 @dataclass(frozen=True)
@@ -141,9 +165,15 @@ class QuantityModel:
         if {"backlash_arcmin", "least_backlash_arcmin"} & set(self.wanted):
             found.append(BacklashQuantities(crank_locked_backlash(reducer, changes, turn)))
         if "lost_motion_arcmin" in self.wanted:
-            found.append(LostMotionQuantities(loaded_stage(reducer, changes, *lost_motion_loads(reducer))))
+            light = LOADED_PER_CRANK_TURN * reducer.case.drive.trochoid.lobes
+            stage = loaded_stage(reducer, changes, *lost_motion_loads(reducer, light))
+            found.append(
+                LostMotionQuantities(stage, crank_locked_backlash(reducer, changes, len(stage.crank_angle) // 2))
+            )
         if {"transmission_error_arcsec", "peak_pressure_mpa"} & set(self.wanted):
-            found.append(RatedLoadQuantities(loaded_stage(reducer, changes, *rated_loads(reducer))))
+            trochoid = reducer.case.drive.trochoid
+            rated = rated_loads(reducer, trochoid.lobes * trochoid.pins)
+            found.append(RatedLoadQuantities(loaded_stage(reducer, changes, *rated)))
         return tuple(found)
 
     def of(self, x: FloatArray) -> FloatArray:

@@ -8,7 +8,7 @@ total indices are computed, too.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -20,6 +20,7 @@ from cycloid_profile.errors import SolveError
 from cycloid_profile.tolerance.study import Draws, Interval, Study, generator, on_all_cores
 
 _BOOTSTRAP = 2  # purpose of a stream of random numbers, next to those of ``draws``
+_FIRST_SAMPLES = 128
 _LOST_SHARE = 0.01  # of the reducers, without equilibrium, that may be omitted
 
 
@@ -43,7 +44,8 @@ class SobolShares(Described):
     """Shares of all ``groups`` in the variances of all ``quantities``.
 
     ``mean`` and ``deviation`` of each quantity over the reducers drawn; ``reducers`` computed, and ``lost``: reducers
-    without equilibrium in one of the mixed samples, which are omitted.
+    without equilibrium in one of the mixed samples, which are omitted. ``width`` of the widest interval of a total
+    index, and the one ``wanted``, None if the number of reducers was given.
     """
 
     groups: tuple[str, ...]
@@ -53,6 +55,18 @@ class SobolShares(Described):
     deviation: tuple[float, ...]
     reducers: int
     lost: int
+    width: float
+    wanted: float | None = None
+
+    @property
+    def ending(self) -> str:
+        """How the sampling ended, as a sentence."""
+        found = f"widest interval of a total index {self.width:.2g} with {self.reducers:,} reducers"
+        if self.wanted is None:
+            return found
+        if self.width <= self.wanted:
+            return f"{found}, {self.wanted:g} was wanted"
+        return f"{found}, the cap on their number; {self.wanted:g} was wanted"
 
     def to_frame(self) -> Any:
         """A ``pandas.DataFrame``, one row a group and quantity: first, total and linear share."""
@@ -68,7 +82,7 @@ class SobolShares(Described):
 
     def _key_figures(self) -> Mapping[str, str]:
         first = sorted(self.of(self.quantities[0]), key=lambda one: -one.total.value)
-        figures = {"reducers": f"{self.reducers:,}", "quantity": self.quantities[0]}
+        figures = {"ending": self.ending, "quantity": self.quantities[0]}
         return figures | {one.group: f"first {one.first.value:.3f}, total {one.total.value:.3f}" for one in first}
 
     def of(self, quantity: str) -> tuple[SobolShare, ...]:
@@ -121,12 +135,16 @@ def sobol_shares(
     gradients: Mapping[str, FloatArray] | None = None,
     confidence: float = 0.95,
     resamples: int = 200,
+    width: float | None = None,
 ) -> SobolShares:
     """Sobol indices of the quantities of a ``study``, by (groups + 2)·``samples`` reducers; the same for the same seed.
 
     ``gradients`` of quantities by the coordinates of the study, shape (coordinates,), give the ``linear`` shares.
     Batches are ignored: they correlate reducers, not the numbers within one. The estimators are those of Saltelli et
     al., Comput. Phys. Commun. 181 (2010) 259, in scipy. The intervals come from a bootstrap over the reducers.
+
+    With a ``width``, the reducers are doubled from 128 samples on until every interval of a total index is that narrow;
+    ``samples`` is then the cap.
 
     Raises
     ------
@@ -135,8 +153,33 @@ def sobol_shares(
     ValueError
         If ``samples`` is no power of two (raised by scipy).
     """
-    groups = Groups(study.draws)
-    names, f_A, f_B, f_AB = _evaluated(study, groups, samples)
+    groups, draws = Groups(study.draws), study.draws
+    # Halves of one sequence: rows of two scrambled nets have their leading digits in common and are not independent.
+    A, B = np.split(draws.sequence.normals(draws.seed, 0, samples, 2 * draws.dimensions), 2, axis=1)
+    linear = {name: linear_shares(groups, gradient) for name, gradient in (gradients or {}).items()}
+    count = samples if width is None else min(_FIRST_SAMPLES, samples)
+    values = _evaluated(study, groups, A[:count], B[:count])
+    while True:
+        found = _shares(study, groups, values, linear, confidence, resamples)
+        if width is None or count == samples or found.width <= width:
+            return replace(found, wanted=width)
+        more = min(2 * count, samples)
+        added = _evaluated(study, groups, A[count:more], B[count:more])
+        values = tuple(np.concatenate(both, axis=-1) for both in zip(values, added, strict=True))
+        count = more
+
+
+def _shares(
+    study: Study,
+    groups: Groups,
+    values: tuple[FloatArray, ...],
+    linear: Mapping[str, FloatArray],
+    confidence: float,
+    resamples: int,
+) -> SobolShares:
+    """Indices from the ``values`` for A, for B, and for A with one group at a time from B."""
+    f_A, f_B, f_AB = values
+    names, samples = study.quantity_model.names, f_A.shape[1]
     answered = np.all(np.isfinite(f_A), axis=0) & np.all(np.isfinite(f_B), axis=0)
     answered &= np.all(np.isfinite(f_AB), axis=(0, 1))
     lost = int(np.sum(~answered))
@@ -149,7 +192,6 @@ def sobol_shares(
     evaluated = _Evaluated(f_A[:, chosen], f_B[:, chosen], f_AB[..., chosen])
     first, total = evaluated.indices(np.arange(samples))
     low, high = _intervals(evaluated, study.draws.seed, confidence, resamples)
-    linear = {name: linear_shares(groups, gradient) for name, gradient in (gradients or {}).items()}
     shares = tuple(
         SobolShare(
             group,
@@ -164,7 +206,8 @@ def sobol_shares(
     both = np.concatenate([evaluated.f_A, evaluated.f_B], axis=1)
     mean, deviation = (tuple(map(float, each)) for each in (np.mean(both, axis=1), np.std(both, axis=1)))
     count = samples * (len(groups.members) + 2)
-    return SobolShares(groups.labels, names, shares, mean, deviation, count, lost)
+    width = max(one.total.high - one.total.low for one in shares)
+    return SobolShares(groups.labels, names, shares, mean, deviation, count, lost, width)
 
 
 def linear_shares(groups: Groups, gradient: FloatArray, samples: int = 4096) -> FloatArray:
@@ -179,13 +222,9 @@ def linear_shares(groups: Groups, gradient: FloatArray, samples: int = 4096) -> 
     return varied / whole if whole > 0.0 else varied
 
 
-def _evaluated(
-    study: Study, groups: Groups, samples: int
-) -> tuple[tuple[str, ...], FloatArray, FloatArray, FloatArray]:
-    """Names of the quantities; their values for A, for B, and for A with one group at a time from B."""
+def _evaluated(study: Study, groups: Groups, A: FloatArray, B: FloatArray) -> tuple[FloatArray, ...]:
+    """Values of the quantities for A, for B, and for A with one group at a time from B."""
     draws = groups.draws
-    # Halves of one sequence: rows of two scrambled nets have their leading digits in common and are not independent.
-    A, B = np.split(draws.sequence.normals(draws.seed, 0, samples, 2 * draws.dimensions), 2, axis=1)
 
     def values(z: FloatArray) -> FloatArray:
         return study.quantity_model.of(draws.from_normals(z)).T
@@ -195,8 +234,7 @@ def _evaluated(
         z[:, columns] = B[:, columns]
         return values(z)
 
-    names = study.quantity_model.names
-    return names, values(A), values(B), np.stack(on_all_cores(mixed, groups.normals))
+    return values(A), values(B), np.stack(on_all_cores(mixed, groups.normals))
 
 
 @dataclass(frozen=True, eq=False)
