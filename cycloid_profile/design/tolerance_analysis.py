@@ -257,7 +257,7 @@ def tightening_advice(
     first = studies[0]
     point = WorkingPoint.of(first.reducer, first.tolerances)
     slopes = scatter_sensitivities(first.tolerances, point)
-    ranked = []
+    ranked: list[Ranked] = []
     for study, reducers in zip(studies, _RANKED, strict=False):
         names = study.quantity_model.names
         progress(f"every tolerance halved: {', '.join(name.rsplit('_', 1)[0].replace('_', ' ') for name in names)}")

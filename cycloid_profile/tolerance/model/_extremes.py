@@ -227,7 +227,8 @@ def _interpolated(  # pragma: no cover
         a, la = 3.0 * (b - c) + d, 3.0 * (lb - lc) + ld
     elif ld == 0.0:
         d, ld = 3.0 * (c - b) + a, 3.0 * (lc - lb) + la
-    return _cubic(a, b, c, d, u) / _cubic(la, lb, lc, ld, u)
+    turned: float = _cubic(a, b, c, d, u) / _cubic(la, lb, lc, ld, u)
+    return turned
 
 
 @njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
