@@ -8,7 +8,6 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from cycloid_profile.cli._terminal import Json, OutFolder, output_folder, print_json, print_table, progress
-from cycloid_profile.design import as_built_reducer
 from cycloid_profile.units import SIGNS
 
 
@@ -32,6 +31,7 @@ def compare(
         Measured files (CSV).
     """
     from cycloid_profile import plot
+    from cycloid_profile.design import as_built_reducer
     from cycloid_profile.errors import MeasurementError
     from cycloid_profile.export.writing import atomic_folder
     from cycloid_profile.measurement import read_measurement

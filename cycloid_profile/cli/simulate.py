@@ -8,7 +8,6 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from cycloid_profile.cli._terminal import Json, print_json, print_table, progress
-from cycloid_profile.design import as_built_reducer
 
 Kind = Literal["profile_scan", "hysteresis", "transmission_error", "lost_motion_map"]
 
@@ -39,6 +38,7 @@ def simulate(
         Spec file (TOML).
     """
     from cycloid_profile import plot
+    from cycloid_profile.design import as_built_reducer
     from cycloid_profile.errors import ExportError
     from cycloid_profile.export.writing import atomic_folder
     from cycloid_profile.measurement import format_measurement

@@ -10,7 +10,6 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.special import chdtri, chndtr
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.diagnosis._normal_equations import NormalEquations, Whitened
@@ -52,6 +51,8 @@ def detectable(candidate: Candidate, R: FloatArray, looks: int, power: float = P
 
 def noncentrality(k: int, looks: int, power: float = POWER) -> float:
     """Noncentrality of a chi-square of ``k`` degrees of freedom detected with ``power`` among ``looks`` tests."""
+    from scipy.special import chdtri, chndtr
+
     limit = float(chdtri(k, FALSE_ALARM / looks))
     low, high = 0.0, 4.0 * (limit + 20.0)
     for _ in range(80):

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from scipy.special import log_ndtr
 
 from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
 from cycloid_profile.diagnosis._normal_equations import NormalEquations, coordinates
@@ -135,6 +134,8 @@ def scores(equations: NormalEquations, priors: FloatArray, sets: IntArray) -> li
 
 def _of_half_priors(u: FloatArray, covariance: FloatArray, one_sided: BoolArray) -> FloatArray:
     """Σ ln 2Φ(û/σ) of one-sided members, broadcast over sets: shapes (…, 2n), (…, 2n, 2n), (…, n)."""
+    from scipy.special import log_ndtr
+
     sigma = np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1))
     gained = math.log(2.0) + log_ndtr(u / sigma)
     found: FloatArray = np.sum(np.where(one_sided, gained[..., 0::2], 0.0), axis=-1)

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import TypeVar, cast
 
 import numpy as np
-from scipy.special import erfc, ndtr
 
 from cycloid_profile.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 
@@ -130,6 +129,8 @@ def _belongs_to_feature(alone: BoolArray, neighbours: FloatArray) -> BoolArray:
     independent of its neighbours. A displaced neighbour marks a feature if neither scatter nor a second error explains
     it.
     """
+    from scipy.special import ndtr
+
     errors = int(np.count_nonzero(alone & ~np.roll(alone, 1)))
     off = np.maximum(np.max(neighbours, axis=1), np.sum(neighbours, axis=1) / math.sqrt(2.0))
     by_scatter = 3.0 * ndtr(-off)  # minimum p-value of three tests
@@ -142,7 +143,7 @@ def _belongs_to_feature(alone: BoolArray, neighbours: FloatArray) -> BoolArray:
 
 def upper_tail(score: float) -> float:
     """Upper tail probability of the standard normal distribution."""
-    return 0.5 * float(erfc(score / math.sqrt(2.0)))
+    return 0.5 * math.erfc(score / math.sqrt(2.0))
 
 
 def sidak(p: float, looks: int) -> float:

@@ -10,9 +10,9 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.sparse import csr_array, hstack
 
 from cycloid_profile.arrays import ComplexArray, FloatArray
 from cycloid_profile.diagnosis._chatter_spectrum import LEAST_WAVES, cosine_and_sine, off_lobes
@@ -20,6 +20,9 @@ from cycloid_profile.diagnosis._noise import SCATTER_OF_ESTIMATE, sidak
 from cycloid_profile.diagnosis._normal_equations import Whitened
 from cycloid_profile.diagnosis.candidate import Candidate
 from cycloid_profile.measurement import PROFILE_SCAN
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 _SHORTEST = 0.25  # mm along the flank: the contact width bridges shorter waves
 _CELLS = 2**16  # of two revolutions of the disc
@@ -172,6 +175,8 @@ class UnscannedWaves:
 
         Angles along the disc [rad]; the root of lobe 1 is at zero.
         """
+        from scipy.sparse import csr_array, hstack
+
         found = []
         for block in self.blocks:
             reducer = block.residuals.reducer

@@ -13,7 +13,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import chdtrc
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.diagnosis._chatter_spectrum import chatter_spectrum
@@ -107,6 +106,8 @@ def detect(
 
 def _library_findings(equations: NormalEquations) -> list[Finding]:
     """Best location of every effect."""
+    from scipy.special import chdtrc
+
     count = places(equations.candidates)
     best: dict[str, Finding] = {}
     for i, candidate in enumerate(equations.candidates):
@@ -219,6 +220,8 @@ def _bins(base: Finding, z: FloatArray, number: np.ndarray, starts: FloatArray, 
 
 
 def _orders(base: Finding, block: Whitened, angle: FloatArray, orders: FloatArray) -> Finding:
+    from scipy.special import chdtrc
+
     cosines = np.zeros((block.residuals.residual.size, orders.size))
     sines = cosines.copy()
     cosines[block.chosen], sines[block.chosen] = np.cos(np.outer(angle, orders)), np.sin(np.outer(angle, orders))

@@ -9,16 +9,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import BSpline
-from scipy.sparse import csr_array, eye_array
-from scipy.sparse.linalg import spsolve
-from scipy.special import chdtri
 
 from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
 from cycloid_profile.modification import NormalDeviation
 from cycloid_profile.units import UM
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 LABEL = "fitted, not physics"
 SHORTEST_WAVE = 1.0 / 12.0  # of a lobe
@@ -149,6 +149,8 @@ def _intervals_to_split(
     knots: FloatArray, fit: _Spline, x: FloatArray, y: FloatArray, sigma: FloatArray, least: float
 ) -> BoolArray:
     """Intervals with a significant improvement by inner knots at any finer level: one level alone may miss a wave."""
+    from scipy.special import chdtri
+
     now = _per_interval(knots, x, ((y - fit(x)) / sigma) ** 2)
     room = np.diff(knots) >= 2.0 * least * (1.0 - 1e-9)
     split = np.zeros(room.size, dtype=bool)
@@ -168,6 +170,9 @@ def _intervals_to_split(
 
 def _least_squares(knots: FloatArray, x: FloatArray, y: FloatArray, sigma: FloatArray) -> _Spline:
     """Weighted least squares; a small ridge keeps the spline at zero where there are no points."""
+    from scipy.sparse import csr_array, eye_array
+    from scipy.sparse.linalg import spsolve
+
     A = _design(knots, x)
     weighted = csr_array(A.multiply(sigma[:, np.newaxis] ** -2.0))
     gram = A.T @ weighted
@@ -177,6 +182,9 @@ def _least_squares(knots: FloatArray, x: FloatArray, y: FloatArray, sigma: Float
 
 def _design(knots: FloatArray, x: FloatArray) -> csr_array:
     """Values of the periodic basis at ``x`` within the period, shape (points, intervals)."""
+    from scipy.interpolate import BSpline
+    from scipy.sparse import csr_array
+
     n, period = knots.size - 1, knots[-1] - knots[0]
     before, after = knots[-1 - _DEGREE : -1] - period, knots[1 : 1 + _DEGREE] + period
     open_knots = np.concatenate([before, knots, after])

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import copy
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.sparse import csr_array
 
 from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
 from cycloid_profile.diagnosis._flank_grid import FlankGrid
@@ -16,6 +16,9 @@ from cycloid_profile.effects import AsBuiltReducer, removal_between
 from cycloid_profile.measurement import HYSTERESIS, LOST_MOTION_MAP, PROFILE_SCAN, TRANSMISSION_ERROR
 from cycloid_profile.rig import CurvePrediction, FirstOrder, predict_curves, register_scan
 from cycloid_profile.units import DEGREE, UM
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 # A nuisance wider than this number of standard deviations of a row counts as unknown.
 _FREE = 100.0
