@@ -39,14 +39,14 @@ def profile_comparison(record: DesignRecord, ax: Any = None) -> Any:
     if record.compensation is not None:
         curves.append(("with deformation compensation", COMPENSATED, record.profile))
     with style.canvas(ax, (8.0, 7.4), 2, height_ratios=(1.3, 1.0)) as drawn:
-        draw_lobe_image, lobe = drawn.axes
-        draw_lobe_image.plot(psi / DEGREE, np.zeros_like(psi), label="theory", **THEORY)
+        unrolled, lobe = drawn.axes
+        unrolled.plot(psi / DEGREE, np.zeros_like(psi), label="theory", **THEORY)
         for label, look, profile in curves:
-            draw_lobe_image.plot(psi / DEGREE, normal_removal(record, profile, psi) / UM, label=label, **look)
-        style.phase_axis(draw_lobe_image)
-        style.headroom(draw_lobe_image, 0.32)
-        draw_lobe_image.set(ylabel="material removed along the normal [µm]", title="unrolled")
-        draw_lobe_image.legend(loc="upper left")
+            unrolled.plot(psi / DEGREE, normal_removal(record, profile, psi) / UM, label=label, **look)
+        style.phase_axis(unrolled)
+        style.headroom(unrolled, 0.32)
+        unrolled.set(ylabel="material removed along the normal [µm]", title="unrolled")
+        unrolled.legend(loc="upper left")
         _draw_lobe(lobe, record, curves)
         drawn.title(record.spec.name, "tooth against theory")
     return drawn.axes
