@@ -16,7 +16,15 @@ import pytest
 
 from cycloid_profile.contact import LoadCase
 from cycloid_profile.design import as_built_reducer
-from cycloid_profile.effects import EFFECTS, AsBuiltReducer, Effect, Parameter, build, effect, parameters
+from cycloid_profile.effects import (
+    EFFECTS,
+    AsBuiltReducer,
+    Effect,
+    Parameter,
+    apply_effects,
+    effect_from_table,
+    parameters,
+)
 from cycloid_profile.measurement import FORMAT, KINDS, PROFILE_SCAN, Measurement, parse_measurement
 from cycloid_profile.rig import (
     LOST_MOTION_SHARE,
@@ -92,7 +100,7 @@ def conventional_case() -> LoadCase:
 def at_tolerance(case: LoadCase, name: str, parts: dict[str, int]) -> AsBuiltReducer:
     """The reducer with one effect, its sizes at the manufacturing tolerance, other parameters at their defaults."""
     sizes = {p.name: p.tolerance for p in parameters(EFFECTS[name]) if p.required}
-    return build(case, [effect({"name": name} | sizes | parts)])
+    return apply_effects(case, [effect_from_table({"name": name} | sizes | parts)])
 
 
 def signature(reducer: AsBuiltReducer) -> tuple[str, ...]:
@@ -107,7 +115,7 @@ def signature(reducer: AsBuiltReducer) -> tuple[str, ...]:
     loop = hysteresis_loop(reducer)
     figures = evaluate_loop(loop.torque, loop.angle)
     return (
-        f"{measurement_residual(build(reducer.case, []), seen).rms + 0.0:.2f}"
+        f"{measurement_residual(apply_effects(reducer.case, []), seen).rms + 0.0:.2f}"
         if reducer.case.profile is not reducer.teeth[0]
         else "0",
         *(f"{np.ptp(error) / ARCSEC:.2f} ({int(np.argmax(spectrum(error)[1:])) + 1})" for error in (light, full)),
@@ -132,7 +140,7 @@ SIGNATURE_HEAD = (
 
 def drawn_row(case: LoadCase) -> tuple[str, ...]:
     """The row of the drawing."""
-    return (DRAWN, *signature(build(case, [])))
+    return (DRAWN, *signature(apply_effects(case, [])))
 
 
 def effect_rows(case: LoadCase, name: str) -> Iterator[tuple[str, ...]]:
@@ -215,7 +223,7 @@ def test_example_effects_are_effects(page: str) -> None:
     tables = [table for block in re.findall(r"```toml\n(.*?)```", page, re.DOTALL) for table in _effects_in(block)]
     assert len(tables) > 1
     for table in tables:
-        assert effect(table).name in EFFECTS
+        assert effect_from_table(table).name in EFFECTS
 
 
 def test_python_of_the_page_runs(

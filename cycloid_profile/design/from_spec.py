@@ -14,7 +14,7 @@ from cycloid_profile.contact.bodies import DiscCompliance, disc_compliance, read
 from cycloid_profile.contact.disc import Classical, Equilibrium
 from cycloid_profile.contact.laws import LAWS, Material
 from cycloid_profile.contact.stage import StageEquilibrium
-from cycloid_profile.effects import AsBuiltReducer, Effect, build, effect
+from cycloid_profile.effects import AsBuiltReducer, Effect, apply_effects, effect_from_table
 from cycloid_profile.errors import CompensationError, GeometryError, LoadError, SolveError, SpecError
 from cycloid_profile.geometry import (
     Arc,
@@ -28,9 +28,9 @@ from cycloid_profile.geometry import (
     Trochoid,
     circular_contour,
     keyed_bore,
-    least_web,
     ring_of_holes,
     ring_of_windows,
+    thinnest_web,
 )
 from cycloid_profile.modification import Equidistant, FlankRotation, RadialMoving, modify
 from cycloid_profile.spec.model import DiscSpec, MaterialSpec, Spec
@@ -60,7 +60,7 @@ _SOLVERS: dict[str, LoadSharingSolver] = {
 STEEL_FATIGUE_LIMIT = 1500.0
 # Rated torque of an RV-40E per pin circle² × width × discs × modulus: a first guess where none is given.
 _TORQUE_PER_SIZE = 412e3 / (64.0**2 * 11.5 * 2 * 206e3)
-_LARGEST_DELTA_UM = 1000.0
+_LARGEST_DELTA_UM = 1000.0  # a millimetre is a mistyped unit, not a deformation
 
 
 def drive_of(spec: Spec) -> Drive:
@@ -180,11 +180,11 @@ def reducer_with_effects(spec: Spec, case: LoadCase) -> AsBuiltReducer:
     effects: list[Effect] = []
     for i, table in enumerate(spec.effects):
         try:
-            effects.append(effect(table))
+            effects.append(effect_from_table(table))
         except SpecError as error:
             raise error.renamed(f"effects[{i + 1}]: {error.what}") from None
     try:
-        return build(case, effects)
+        return apply_effects(case, effects)
     except GeometryError as error:
         raise SpecError(f"effects: {error.what}", error.value, error.limit, "take smaller effects") from None
 
@@ -283,7 +283,7 @@ def bearing_radius(outline: DiscOutline) -> float:
 
 def thinnest_wall(outline: DiscOutline) -> tuple[float, str]:
     """The thinnest wall [mm] and its place. Raises ``SpecError`` if holes cut into each other or the teeth."""
-    wall, place = least_web(outline)
+    wall, place = thinnest_web(outline)
     if wall <= 0.0:
         raise SpecError(
             f"disc: wall between {place}", f"{wall:.3f} mm", "is not above zero", "make the holes smaller or move them"

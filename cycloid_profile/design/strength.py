@@ -124,7 +124,7 @@ def strength_under_load(spec: Spec, under_load: LoadSharing, outline: DiscOutlin
     steel = under_load.case.disc_material.is_steel
     estimated = None if held is None or not steel else held.rollers.dynamic_load_rating
     rating = estimated if given is None else given
-    life = None if rating is None else crank_bearing_life(under_load, output_speed(spec), rating, alike=True)
+    life = None if rating is None else crank_bearing_life(under_load, output_speed(spec), rating, equal_bearings=True)
     kappa = math.nan if held is None else _viscosity_ratio(spec, held.rollers)
     factor = math.nan if held is None or life is None else _life_factor(spec, held.rollers, life, kappa)
     return Strength(

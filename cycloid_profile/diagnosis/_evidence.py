@@ -19,8 +19,8 @@ from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
 from cycloid_profile.diagnosis._normal_equations import NormalEquations, coordinates
 from cycloid_profile.diagnosis.candidate import IMPLAUSIBLE, Candidate, places
 
-CHANCE = 0.05
-_LEADERS = 40
+CHANCE = 0.05  # prior probability of each effect: about two of the 37 are expected
+_EXTENDED_PAIRS = 40  # bounds the triples, whose number grows with pairs times candidates
 _INVISIBLE = 0.01  # least information of one prior width, in (standard deviations)²
 ALIAS = 0.999  # cosine above which no data of these kinds separate two effects
 
@@ -44,7 +44,7 @@ def log_priors(candidates: Sequence[Candidate], frequencies: int = 1) -> FloatAr
 def rank_sets(
     equations: NormalEquations, priors: FloatArray, deepest: int = 3, keep: Sequence[int] = ()
 ) -> list[Scored]:
-    """All singles, all pairs, and triples that extend the leading pairs, by decreasing evidence.
+    """All singles, all pairs, and triples that extend the best pairs, by decreasing evidence.
 
     Of candidates with one name and identical patterns only the first takes part, or the one in ``keep``.
     """
@@ -59,8 +59,8 @@ def rank_sets(
         scored += scores(equations, priors, pairs)
     best = sorted(scored, key=lambda s: -s.log_evidence)
     if deepest > 2 and visible.size > 2:
-        leading = [s.members for s in best if len(s.members) == 2][:_LEADERS]
-        triples = {tuple(sorted((*pair, int(i)))) for pair in leading for i in visible if i not in pair}
+        best_pairs = [s.members for s in best if len(s.members) == 2][:_EXTENDED_PAIRS]
+        triples = {tuple(sorted((*pair, int(i)))) for pair in best_pairs for i in visible if i not in pair}
         if triples:
             chosen = _of_different_names(equations, np.array(sorted(triples), dtype=np.intp))
             best = sorted(best + scores(equations, priors, chosen), key=lambda s: -s.log_evidence)

@@ -24,7 +24,7 @@ STEP = 1e-3  # of the width of a coordinate
 # Cubic interpolation through four samples of each interval. No interval crosses a root or tip, where removals may have
 # a corner.
 _INTERVALS_PER_FLANK = 32
-_SAMPLES_PER_INTERVAL = 3
+_SAMPLES_PER_INTERVAL = 3  # new ones; the fourth of a cubic is the first of the next interval
 # Interpolation error below 1 % of the amplitude.
 _SAMPLES_PER_WAVE = 10.0
 _MANY = 20  # candidates: tables of this size are cached

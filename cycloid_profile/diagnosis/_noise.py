@@ -20,14 +20,14 @@ Values = TypeVar("Values", FloatArray, ComplexArray)
 SCATTER_OF_ESTIMATE = 6.0
 # Larger differences, in standard deviations, are steps, pits or slips.
 _CLIPPED = 4.5
-_LEAST_ROWS = 12
-_RHO = np.linspace(-0.3, 0.95, 251)
+_LEAST_ROWS = 12  # third differences of fewer rows give no spread
+_RHO = np.linspace(-0.3, 0.95, 251)  # correlations of neighbours tried, 0.005 apart; at 1 rows tell nothing
 # Least correlation in standard errors; smaller values count as zero.
 _BELIEVED = 3.0
 _LOW_END = 0.15  # share of the spectrum that effects occupy
-_BAND = 25
+_BAND = 25  # ordinates: the median of a band scatters by 0.3 of itself
 _LINE = 6.0  # ordinates this many times above the mean are spectral lines
-_GROSS = 7.0
+_GROSS = 7.0  # standard deviations: noise alone exceeds them in no file
 _CHANCE = 0.003  # probability of mistaking a reading error for a feature, for a whole file
 _SCATTERED = 1.5  # times the noise: upper limit of the spread of a few rows of pure noise
 

@@ -42,7 +42,7 @@ _ONE_OF_TWO = 0.1
 
 @dataclass(frozen=True)
 class Peak:
-    """Number of ``waves`` on a ``disc``, counted from 1, None for all; ``power`` is the fall of chi².
+    """Number of ``waves`` on a ``disc``, counted from 1, None for all; ``power`` is the reduction of chi².
 
     ``p_value``: probability of a peak this high in noise, on any number of waves. ``over_accuracy``: largest root mean
     square it explains in any file, divided by the accuracy of the simulation.
@@ -127,7 +127,7 @@ class UnscannedWaves:
         return float(power[top]), float(grid[top])
 
     def power(self, grid: FloatArray) -> FloatArray:
-        """Fall of chi² by cosine and sine of each number of waves of an evenly spaced ``grid``, in its shape."""
+        """Reduction of chi² by cosine and sine of each number of waves of an evenly spaced ``grid``, in its shape."""
         C = self._shown(grid)
         whole = np.sum(np.abs(C) ** 2, axis=0)
         C = C - self._known @ (self._known.T @ C)
@@ -243,7 +243,7 @@ def _waves(weight: FloatArray, t: FloatArray, k: np.ndarray) -> ComplexArray:
 
 
 def _power(along: ComplexArray, across: ComplexArray, length: FloatArray, whole: FloatArray) -> FloatArray:
-    """Fall of chi² by cosine and sine together, from sums of z·C, of C² and of |C|².
+    """Reduction of chi² by cosine and sine together, from sums of z·C, of C² and of |C|².
 
     ``whole``: sum of |C|² before projection.
     """

@@ -32,8 +32,8 @@ from cycloid_profile.errors import CycloidError
 # Prior of a size: normal distribution with twice the manufacturing tolerance as standard deviation, cut off at 3.5 of
 # these.
 _WIDTH_OF_TOLERANCE = 2.0
-_LEAST_WIDTH_UM = 1.5
-IMPLAUSIBLE = 3.5
+_LEAST_WIDTH_UM = 1.5  # a precise drive may have an error beyond its small tolerance
+IMPLAUSIBLE = 3.5  # prior widths: one of 2,000 normal sizes is larger
 # Simulated, toleranced and, on the flanks, corrected, but not yet proposed: the search, its thresholds and the blind
 # cases were validated without them (docs/diagnosis.md, "Limits").
 NOT_YET_PROPOSED = frozenset({

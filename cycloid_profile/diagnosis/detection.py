@@ -26,11 +26,11 @@ from cycloid_profile.measurement import HYSTERESIS, PROFILE_SCAN
 from cycloid_profile.units import DEGREE
 
 _REMAINDER = 0.02  # share of the initial residual
-FALSE_ALARM = 0.005
-_WINDOWS = (4, 12, 40, 120)
-_PHASE_BINS = 24
-_LOW_ORDERS = 12
-_MULTIPLES = 6
+FALSE_ALARM = 0.005  # of a whole diagnosis: one in 200 without an effect raises an alarm
+_WINDOWS = (4, 12, 40, 120)  # rows, each about three times the one before
+_PHASE_BINS = 24  # of 15° of ψ
+_LOW_ORDERS = 12  # form errors; more waves are chatter
+_MULTIPLES = 6  # of lobes and pins: amplitudes fall with the harmonic
 # The simulation error may be larger in the amplitude of a wave, and larger still at one place, than over a file.
 _WAVE_LIMIT = math.sqrt(2.0)
 _LOCAL_LIMIT = 5.0

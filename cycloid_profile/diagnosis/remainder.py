@@ -22,17 +22,17 @@ if TYPE_CHECKING:
 
 LABEL = "fitted, not physics"
 SHORTEST_WAVE = 1.0 / 12.0  # of a lobe
-_DEGREE = 3
-_FIRST_PER_LOBE = 9
-_INTERVALS_PER_WAVE = 3.0
-_LOBES_PER_FIRST = 3
-_SAMPLES_PER_LOBE = 48
+_DEGREE = 3  # continuous curvature: a wheel can follow
+_FIRST_PER_LOBE = 9  # knots before the first split: three waves a lobe
+_INTERVALS_PER_WAVE = 3.0  # a cubic spline resolves a wave with three intervals
+_LOBES_PER_FIRST = 3  # lobes per first interval round the disc
+_SAMPLES_PER_LOBE = 48  # four of the shortest wave
 _LEAST_POINTS = 3  # on either half of an interval that is split
 _CHANCE = 1e-3  # probability that noise alone splits an interval
 _GAIN_ANY = 4.0  # standard deviations of chi² that a curve must gain
 _FADE = 0.5  # rad over which the curve fades out towards a lobe without points
-_RIDGE = 1e-6
-_DEEPEST = 8
+_RIDGE = 1e-6  # of the largest diagonal element, far below the weight of one point
+_DEEPEST = 8  # halvings tried at once
 
 
 @dataclass(frozen=True, eq=False)

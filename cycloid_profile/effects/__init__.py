@@ -40,9 +40,9 @@ from cycloid_profile.effects.reducer import AsBuiltReducer as AsBuiltReducer
 from cycloid_profile.effects.reducer import as_drawn as as_drawn
 from cycloid_profile.effects.reducer import encoder_error as encoder_error
 from cycloid_profile.effects.registry import EFFECTS as EFFECTS
-from cycloid_profile.effects.registry import build as build
-from cycloid_profile.effects.registry import effect as effect
-from cycloid_profile.effects.registry import table as table
+from cycloid_profile.effects.registry import apply_effects as apply_effects
+from cycloid_profile.effects.registry import effect_from_table as effect_from_table
+from cycloid_profile.effects.registry import effect_to_table as effect_to_table
 from cycloid_profile.effects.ring import PinCircleRadiusError as PinCircleRadiusError
 from cycloid_profile.effects.ring import PinPositionError as PinPositionError
 from cycloid_profile.effects.ring import PinRadiusError as PinRadiusError

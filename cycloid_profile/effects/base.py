@@ -67,8 +67,8 @@ def part_field(text: str, default: int | None = None, most: int = 1000) -> Any:
 class Effect:
     """Base of all effects: frozen, comparable, bounds checked.
 
-    ``name`` in files and commands is that of the class in lower case: ``DiscRunout`` is ``disc_runout``. ``cure``, the
-    remedy at the machine. The effect repeats ``harmonic`` times while its angle turns once; its linear coordinates
+    ``name`` in files and commands is that of the class in lower case: ``DiscRunout`` is ``disc_runout``. ``remedy`` at
+    the machine. The effect repeats ``harmonic`` times while its angle turns once; its linear coordinates
     rotate by ``phase_per_lobe_index`` lobe pitches when the lobe index shifts by one. The response is linear in the
     size or ``linear_in_reciprocal``.
 
@@ -77,7 +77,7 @@ class Effect:
 
     name: ClassVar[str]
     location: ClassVar[EffectLocation]
-    cure: ClassVar[str]
+    remedy: ClassVar[str]
     harmonic: ClassVar[int] = 1
     phase_per_lobe_index: ClassVar[float] = 0.0
     linear_in_reciprocal: ClassVar[bool] = False

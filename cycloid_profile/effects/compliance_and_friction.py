@@ -19,7 +19,7 @@ class SeriesCompliance(Effect):
     The torsional compliance increases by the same amount at every torque.
     """
 
-    cure = "nothing on the machine; it belongs to the model"
+    remedy = "nothing on the machine; it belongs to the model"
     location = EffectLocation.COMPLIANCE
     linear_in_reciprocal = True
     stiffness_nm_per_arcmin: float = size_field("stiffness in series [N·m/′]", 150.0, 0.1, 1e6)
@@ -33,7 +33,7 @@ class SeriesCompliance(Effect):
 class CrankBearingCompliance(Effect):
     """Crank bearings softer than the drawing has them: their compliance grows by the amount."""
 
-    cure = "check preload and fits of the crank bearings"
+    remedy = "check preload and fits of the crank bearings"
     location = EffectLocation.COMPLIANCE
     added_um_per_kn: float = size_field("added radial compliance of each bearing [µm/kN]", 1.0, 0.0, 1000.0)
 
@@ -46,7 +46,7 @@ class CrankBearingCompliance(Effect):
 class PinSupportCompliance(Effect):
     """Pins that give way in their seats, or bend between them: δ increases by c·F."""
 
-    cure = "half-bores over the whole length, thicker ring"
+    remedy = "half-bores over the whole length, thicker ring"
     location = EffectLocation.COMPLIANCE
     added_um_per_kn: float = size_field("added compliance of each pin [µm/kN]", 1.0, 0.0, 1000.0)
 
@@ -59,7 +59,7 @@ class PinSupportCompliance(Effect):
 class CoulombFriction(Effect):
     """Friction that does not depend on load: seals, preload, grease. The loop opens evenly."""
 
-    cure = "softer seals, less preload"
+    remedy = "softer seals, less preload"
     location = EffectLocation.FRICTION
     torque_nm: float = size_field("friction torque at the output [N·m]", 5.0, 0.0, 1e5)
 
@@ -71,7 +71,7 @@ class CoulombFriction(Effect):
 class LoadProportionalFriction(Effect):
     """Friction of the loaded contacts: a share of the torque. The loop opens towards its ends."""
 
-    cure = "lubricant, surface of the flanks, pins that turn"
+    remedy = "lubricant, surface of the flanks, pins that turn"
     location = EffectLocation.FRICTION
     coefficient: float = size_field("friction torque over torque", 0.03, 0.0, 0.9)
 
@@ -83,7 +83,7 @@ class LoadProportionalFriction(Effect):
 class EncoderEccentricity(Effect):
     """Angle encoder mounted off the axis: the angle read is wrong by A cos(Θ − φ), once per turn of the output."""
 
-    cure = "centre the encoder, or read two heads"
+    remedy = "centre the encoder, or read two heads"
     location = EffectLocation.SENSOR
     amplitude_arcsec: float = size_field("amplitude of the angle error [arcsec]", 5.0, 0.0, 36000.0)
     phase_deg: float = angle_field("output angle of the largest error [°]")

@@ -39,7 +39,7 @@ class _OnCranks(Effect):
 class CrankEccentricityError(_OnCranks):
     """Eccentric of a crank shaft larger than drawn."""
 
-    cure = "sort cranks into classes, or regrind the eccentric"
+    remedy = "sort cranks into classes, or regrind the eccentric"
     amount_um: float = size_field("eccentricity above the drawing [µm]", 3.0, -200.0, 200.0)
     crank: int | None = part_field(_CRANK)
     disc: int | None = part_field(_DISC)
@@ -52,7 +52,7 @@ class CrankEccentricityError(_OnCranks):
 class CrankPhaseError(_OnCranks):
     """Eccentric turned on its shaft, or planet assembled with an angular offset of a fraction of a pitch."""
 
-    cure = "time the cranks"
+    remedy = "time the cranks"
     angle_arcmin: float = size_field("angle ahead of the drawing [arcmin]", 5.0, -300.0, 300.0)
     crank: int | None = part_field(_CRANK)
     disc: int | None = part_field(_DISC)
@@ -66,7 +66,7 @@ class CrankPhaseError(_OnCranks):
 class CrankHoleError(_OnCranks):
     """Crank bore of a disc out of its place."""
 
-    cure = "bore the discs of one reducer together"
+    remedy = "bore the discs of one reducer together"
     amplitude_um: float = size_field("distance from its place [µm]", 3.0, 0.0, 200.0)
     direction_deg: float = angle_field("direction in the disc, 0 outwards at crank 1 [°]")
     crank: int | None = part_field("number of the crank shaft, 1 at angle 0", 1)
@@ -81,7 +81,7 @@ class CrankHoleError(_OnCranks):
 class CrankBearingClearance(Effect):
     """Play in the crank bearings beyond the drawing: lost motion grows by 2c/r_c, flat."""
 
-    cure = "a smaller class"
+    remedy = "a smaller class"
     location = EffectLocation.CRANK
     radial_um: float = size_field("radial play, half the diametral clearance [µm]", 2.0, 0.0, 200.0)
 
@@ -97,7 +97,7 @@ class CarrierBoreError(_OnCranks):
     shift A_t along the circle turns the crank ahead by (1 + z1/z2) A_t/r_c.
     """
 
-    cure = "bore carrier and discs on one coordinate table"
+    remedy = "bore carrier and discs on one coordinate table"
     amplitude_um: float = size_field("distance from its place [µm]", 3.0, 0.0, 200.0)
     direction_deg: float = angle_field("direction in the carrier, 0 outwards (radial), 90 along the circle [°]")
     crank: int | None = part_field("number of the crank shaft, 1 at angle 0", 1)

@@ -16,7 +16,7 @@ from cycloid_profile.contact.stage import ContactChange, ContactPoints, CurvedCo
 from cycloid_profile.effects.reducer import AsBuiltReducer, encoder_error, output_error_by_input
 from cycloid_profile.geometry import ToothProfile, flank_side
 
-_SEATS = ("eccentric_shift", "bore_shift", "crank_lead", "sun_shift")
+_BEARING_SHIFTS = ("eccentric_shift", "bore_shift", "crank_lead", "sun_shift")
 
 
 def removal_between(before: ToothProfile, after: ToothProfile, phase: FloatArray, lobe: FloatArray) -> FloatArray:
@@ -29,7 +29,8 @@ def removal_between(before: ToothProfile, after: ToothProfile, phase: FloatArray
     if same and after.removals[:more] == before.removals:
         along = phase + 2.0 * np.pi * lobe
         side = flank_side(phase)
-        return sum((one.jet(along, side, after.trochoid).value for one in after.removals[more:]), np.zeros_like(along))
+        added = (one.derivatives(along, side, after.trochoid).value for one in after.removals[more:])
+        return sum(added, np.zeros_like(along))
     return -_flank_change(before, after, phase, lobe).shift.real
 
 
@@ -139,9 +140,9 @@ class ReducerChange:
         """Change of the unloaded bearing deflection by eccentric, bore and planet errors, shape (poses, bearings, 2)
         [mm].
         """
-        if all(getattr(self.after, name) is getattr(self.before, name) for name in _SEATS):
+        if all(getattr(self.after, name) is getattr(self.before, name) for name in _BEARING_SHIFTS):
             return None
-        moved = {name: getattr(self.after, name) - getattr(self.before, name) for name in _SEATS}
+        moved = {name: getattr(self.after, name) - getattr(self.before, name) for name in _BEARING_SHIFTS}
         return support_misfit(self.before.case.drive, crank_angle, PartDeviations(**moved)) / self.step
 
     def bearing_deflection_change(self, bearing_force: FloatArray) -> FloatArray | None:

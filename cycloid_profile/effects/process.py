@@ -64,7 +64,7 @@ class EquidistantError(_OnDiscs):
     h = amount, the same everywhere. Source: docs/theory.md, Eq. 13.
     """
 
-    cure = "correct the equidistant setting by the amount"
+    remedy = "correct the equidistant setting by the amount"
     amount_um: float = size_field("removal [µm]", 2.0, -200.0, 200.0)
     disc: int | None = part_field(_DISC)
 
@@ -79,7 +79,7 @@ class RadialMovingError(_OnDiscs):
     h = amount (1 − K1 cosψ) S. Looks like thermal growth of the disc. Source: docs/theory.md, Eq. 14.
     """
 
-    cure = "correct the infeed"
+    remedy = "correct the infeed"
     amount_um: float = size_field("removal at root and tip [µm]", 2.0, -200.0, 200.0)
     disc: int | None = part_field(_DISC)
 
@@ -97,7 +97,7 @@ class GeneratingEccentricityError(_OnDiscs):
     docs/theory.md, "Normal removal by cause".
     """
 
-    cure = "correct the eccentricity"
+    remedy = "correct the eccentricity"
     amount_um: float = size_field("eccentricity above its setting [µm]", 1.0, -100.0, 100.0)
     disc: int | None = part_field(_DISC)
 
@@ -113,7 +113,7 @@ class ThermalGrowth(_OnDiscs):
     h = −α ΔT Re(n̄ P), almost that of a radial-moving change of −α ΔT r_p.
     """
 
-    cure = "let the disc reach the temperature of the ring; scan at a second temperature to rule out a wrong infeed"
+    remedy = "let the disc reach the temperature of the ring; scan at a second temperature to rule out a wrong infeed"
     temperature_k: float = size_field("disc above housing [K]", 3.0, -100.0, 100.0)
     disc: int | None = part_field(_DISC)
 
@@ -136,7 +136,7 @@ class DiscRunout(_OnDiscs):
     angle towards which material stands out.
     """
 
-    cure = "centre the fixture on the bores"
+    remedy = "centre the fixture on the bores"
     phase_per_lobe_index = -1.0
     amplitude_um: float = size_field("amplitude, half the run-out read [µm]", 3.0, 0.0, 200.0)
     phase_deg: float = angle_field("polar angle of the high side [°]")
@@ -154,7 +154,7 @@ class DiscRunout(_OnDiscs):
 class DiscOval(_OnDiscs):
     """Disc oval after hardening or clamping: twice per turn, h = −A cos(2(θ − φ))."""
 
-    cure = "clamp without bending; grind after a second anneal"
+    remedy = "clamp without bending; grind after a second anneal"
     phase_per_lobe_index = -2.0
     harmonic = 2
     amplitude_um: float = size_field("amplitude [µm]", 2.0, 0.0, 200.0)
@@ -174,7 +174,7 @@ class CumulativePitchError(_OnDiscs):
     h = −A sinψ S cos(t − φ), with t the angle along the disc; A is the largest deviation along the normal, at ψ0.
     """
 
-    cure = "correct the index or the encoder mounting of the work spindle"
+    remedy = "correct the index or the encoder mounting of the work spindle"
     phase_per_lobe_index = 1.0
     amplitude_um: float = size_field("amplitude along the normal at ψ0 [µm]", 3.0, 0.0, 200.0)
     phase_deg: float = angle_field("angle along the disc of the largest error [°]")
@@ -193,7 +193,7 @@ class WheelWearDrift(_OnDiscs):
     h falls linearly from 0 on the first lobe to −amount on the last, with a step between them.
     """
 
-    cure = "dress more often, or spread the lobes over several passes"
+    remedy = "dress more often, or spread the lobes over several passes"
     amount_um: float = size_field("material left on the last lobe [µm]", 1.0, -100.0, 100.0)
     first_lobe: int = part_field("lobe ground first, 1 has its root at angle 0", 1)
     disc: int | None = part_field(_DISC)
@@ -210,7 +210,7 @@ class GrindingChatter(_OnDiscs):
     h = A cos(n t − φ) by the angle t along the disc.
     """
 
-    cure = "change speed so that n moves, balance the wheel"
+    remedy = "change speed so that n moves, balance the wheel"
     amplitude_um: float = size_field("amplitude [µm]", 0.3, 0.0, 50.0)
     waves_per_turn: float = size_field("waves round the disc", 1000.0, 3.0, 20000.0)
     phase_deg: float = angle_field("phase of the wave at lobe 1's root [°]")
@@ -231,7 +231,7 @@ class ToothFormError(_OnDiscs):
     harmonics, or flanks that differ, are one effect each.
     """
 
-    cure = "correct the profile of the wheel, or the program of the path"
+    remedy = "correct the profile of the wheel, or the program of the path"
     amplitude_um: float = size_field("amplitude [µm]", 2.0, 0.0, 50.0)
     phase_deg: float = angle_field("phase of the wave at the root [°]")
     waves: int = part_field("waves from root to root", 2, most=20)
@@ -252,7 +252,7 @@ class MissingDeformationCompensation(_OnDiscs):
     h = amount |sinψ| S. Source: docs/theory.md, Eq. 16.
     """
 
-    cure = "grind with the compensated program"
+    remedy = "grind with the compensated program"
     amount_um: float = size_field("δmax that is missing [µm]", 2.0, -50.0, 50.0)
     disc: int | None = part_field(_DISC)
 
@@ -268,7 +268,7 @@ class FlankWear(_OnDiscs):
     torque, 2 a negative one. Source: Archard, J. Appl. Phys. 24 (1953) 981.
     """
 
-    cure = "regrind, or look after lubricant and load"
+    remedy = "regrind, or look after lubricant and load"
     amount_um: float = size_field("deepest wear [µm]", 2.0, 0.0, 100.0)
     flank: int = part_field("1: carries positive torque, 2: carries negative torque", 1, most=2)
     disc: int | None = part_field(_DISC)
@@ -299,7 +299,7 @@ class SingleToothError(_OnDiscs):
     h = amount on both flanks of that lobe.
     """
 
-    cure = "look at the lobe; regrind if low on material elsewhere"
+    remedy = "look at the lobe; regrind if low on material elsewhere"
     amount_um: float = size_field("removal, negative where the lobe is high [µm]", 1.0, -200.0, 200.0)
     lobe: int = part_field("number of the lobe, 1 has its root at angle 0, counted clockwise", 1)
     disc: int | None = part_field("number of the disc, 1 for the first", 1)

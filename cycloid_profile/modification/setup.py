@@ -11,7 +11,7 @@ from typing import ClassVar, Protocol
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.errors import GeometryError
-from cycloid_profile.geometry import RemovalJet, ToothProfile, Trochoid
+from cycloid_profile.geometry import RemovalDerivatives, ToothProfile, Trochoid
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,11 +27,11 @@ class FlankRemoval:
         """Root and tip, where |sinψ| has a corner."""
         return (0.0, math.pi) if self.amount else ()
 
-    def jet(self, phase: FloatArray, side: FloatArray, trochoid: Trochoid) -> RemovalJet:
+    def derivatives(self, phase: FloatArray, side: FloatArray, trochoid: Trochoid) -> RemovalDerivatives:
         """Removal and derivatives on the flank ``side``, in the shape of ``phase``."""
         value, first, second = trochoid.lever_jet(phase)
         A = self.amount * side
-        return RemovalJet(A * value, A * first, A * second)
+        return RemovalDerivatives(A * value, A * first, A * second)
 
 
 class Modification(Protocol):

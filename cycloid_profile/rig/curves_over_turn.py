@@ -20,7 +20,7 @@ from cycloid_profile.rig.hysteresis import LOST_MOTION_SHARE
 from cycloid_profile.units import ARCMIN, ARCSEC, DEGREE, NEWTON_METRE
 
 TRANSMISSION_POSES, MAP_POSES, SWEEP_POSES = 3000, 600, 240
-SHARES = np.linspace(0.1, 1.5, 15).round(1)
+SHARES = np.linspace(0.1, 1.5, 15).round(1)  # of the rated torque, in steps of a tenth
 _TOUCH_SHARE = 1e-3  # of the rated torque: presses a flank without deforming it
 
 

@@ -20,7 +20,7 @@ from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.errors import MeasurementError
 from cycloid_profile.units import ARCMIN, DEGREE, NEWTON_METRE
 
-POINTS = 400
+POINTS = 400  # rows of a loop; its figures are interpolated between them
 # Lost motion is read between ± this share of the rated torque, or of the peak of a loop.
 LOST_MOTION_SHARE = 0.03
 # Share of the rated torque below which the stage is unloaded inside the backlash: it rests on the flank touched last.

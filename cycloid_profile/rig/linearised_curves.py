@@ -38,7 +38,7 @@ class FlankWeights(NamedTuple):
         return int(np.max(self.of)) + 1
 
 
-class FirstOrder:
+class LinearisedCurve:
     """Changes of one predicted curve to first order."""
 
     def __init__(self, prediction: CurvePrediction) -> None:

@@ -22,9 +22,10 @@ from cycloid_profile.rig.curves_over_turn import touch_angles
 from cycloid_profile.units import ARCMIN, DEGREE
 
 # The article's drive V = 15000 sin(30 t) + 10890, whose unit is deg/s: 10890/6/121 = 15 rpm of the output.
-ARTICLE_SPEED = (15000.0 * DEGREE, 30.0, 10890.0 * DEGREE)
+PUBLISHED_REVERSAL_SPEED = (15000.0 * DEGREE, 30.0, 10890.0 * DEGREE)
+# Shares of the rated torque, dense near zero, where the contact law is curved.
 _CURVE = np.concatenate([[1e-3, 0.003, 0.01], np.linspace(0.03, 1.6, 40)])
-_TOUCH_POSES = 240
+_TOUCH_POSES = 240  # six a pin pitch of 40 pins
 # The output follows when the other flank carries this share of the rated torque.
 _LEAST_FOLLOWING_SHARE = 1e-3
 _BINDS = 1e-8  # rad; half a nanometre on the flank
@@ -94,7 +95,7 @@ def reversal_run(
     inertia: float = 0.05,
     damping: float = 0.2,
     duration: float = 1.2,
-    speed: tuple[float, float, float] = ARTICLE_SPEED,
+    speed: tuple[float, float, float] = PUBLISHED_REVERSAL_SPEED,
 ) -> ReversalRun:
     """Drive the input by v(t) = A sin(ωt) + C, ``speed`` = (A [rad/s], ω [rad/s], C [rad/s]), and record the output.
 

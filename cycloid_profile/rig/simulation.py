@@ -32,7 +32,7 @@ from cycloid_profile.rig.hysteresis import LOST_MOTION_SHARE, POINTS, evaluate_l
 from cycloid_profile.units import ARCMIN, DEGREE, NEWTON_METRE
 
 _LEAST_POINTS, _LEAST_POINTS_PER_LOBE = 4, 8
-_SCAN_POINTS = 5000
+_SCAN_POINTS = 5000  # 128 a lobe of 39, as of a scanning probe
 
 
 @dataclass(frozen=True, slots=True)

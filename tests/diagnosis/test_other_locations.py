@@ -64,5 +64,5 @@ def test_uncertainties_follow_from_the_residual_noise(wrong):
     runout = next(c for c in library.candidates if c.name == "disc_runout")
     optimum = model.optimum(Attempt((runout,), np.array([0.1, 0.3])), 0.0)
     assert optimum is not None
-    variance = model.with_noise_left(optimum).covariance[0, 0]
+    variance = model.with_residual_noise(optimum).covariance[0, 0]
     assert variance == pytest.approx(optimum.covariance[0, 0] / wrong**2, rel=0.05)

@@ -130,7 +130,7 @@ def test_compensation_leaves_root_and_tip_and_lifts_both_flanks(theoretical, del
     ends = np.array([0.0, math.pi])
     np.testing.assert_allclose(compensated.at(ends).position, ground.at(ends).position, atol=1e-14)
     for psi in (theoretical.trochoid.critical_phase, -theoretical.trochoid.critical_phase):
-        normal = ground.trochoid.jet(psi).normal
+        normal = ground.trochoid.derivatives(psi).normal
         added = (np.conj(normal) * (compensated.at(psi).position - ground.at(psi).position)).real
         assert added == pytest.approx(delta, abs=1e-13)
 

@@ -15,7 +15,8 @@ from cycloid_profile.contact import LoadCase
 from cycloid_profile.contact.laws import Palmgren
 from cycloid_profile.contact.mesh import output_turn
 from cycloid_profile.contact.stage import StageEquilibrium
-from cycloid_profile.effects import AsBuiltReducer, as_drawn, effect
+from cycloid_profile.effects import AsBuiltReducer, as_drawn
+from cycloid_profile.effects import effect_from_table as effect
 from cycloid_profile.errors import LoadError
 from cycloid_profile.geometry import CentralEccentric, Drive, Trochoid
 from cycloid_profile.modification import Equidistant, modify

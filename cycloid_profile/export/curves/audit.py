@@ -12,7 +12,7 @@ from cycloid_profile.arrays import ComplexArray, FloatArray
 from cycloid_profile.contact.mesh import nearest_foot
 from cycloid_profile.geometry import ToothProfile
 
-_TABLE = 4001
+_TABLE = 4001  # start phases of a lobe; Newton refines the feet
 _JOINED = 1e-9  # rad, largest gap between rows that counts as joined
 _NARROW_STEP = 0.3  # rad of the 2π of a lobe
 

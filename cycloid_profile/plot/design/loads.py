@@ -14,7 +14,7 @@ from cycloid_profile.units import DEGREE, NEWTON_METRE, UM
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_DOTS = 250
+_DOTS = 250  # contacts beyond which dots overlap
 _LINES = (("-", BLUE), ("--", ORANGE), ("-.", GREEN), (":", SKY))
 _PHASE = "phase ψ of the pin [°]"
 

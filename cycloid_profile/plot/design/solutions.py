@@ -15,7 +15,7 @@ from cycloid_profile.units import ARCMIN, ARCSEC, NEWTON_METRE, NM, UM
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_PUBLISHED_STOP = 1e-3
+_PUBLISHED_STOP = 1e-3  # relative change at which the published iteration ends
 
 
 def accuracy(result: DesignRecord | Accuracy, ax: Any = None) -> Any:

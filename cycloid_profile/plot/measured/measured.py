@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _NO_ORDER = 1e-6  # ″
-_LABELLED_ORDERS = 6
+_LABELLED_ORDERS = 6  # names of more would overlap
 _PHASES_OF_A_LOBE = 721  # a table every half degree, far finer than a cell of the map
 _LABEL_LEFT_FROM = 0.85  # part of the axis beyond which a label would leave the picture to the right
 

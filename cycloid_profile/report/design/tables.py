@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from cycloid_profile._display import FigureRow, figure_text
 from cycloid_profile.articles import PlainTable
 from cycloid_profile.design import ACCURACY, AS_BUILT, CheckStatus
+from cycloid_profile.export import exporter_for
+from cycloid_profile.spec.model import Spec
 
 LOAD = (
     FigureRow("max_force_n", "largest pin force", "N"),
@@ -29,6 +32,7 @@ STAGE = (
     FigureRow("torsional_stiffness_nm_per_arcmin", "tangent torsional stiffness", "N·m/′"),
     FigureRow("max_sliding_speed_mm_per_s", "fastest sliding of a loaded pin", "mm/s"),
 )
+_MEASURED_FILE = ("tolerance_um", "deviation_um")
 LOSS_CASES = ("low", "likely", "high")
 LOSSES = (
     FigureRow("friction_coefficient", "friction of tooth and pin"),
@@ -74,6 +78,32 @@ def terminal_tables(figures: Mapping[str, Any], loads: bool = False) -> list[Pla
     if figures["as_built"]:
         found.append(_table(f"as built, with {', '.join(figures['effects'])}", AS_BUILT, figures, ("as_built",)))
     return found
+
+
+def drive_table(drives: Mapping[str, Spec]) -> PlainTable:
+    """Drives of the catalogue by name."""
+    head = ("drive", "pins", "pin circle radius [mm]", "eccentricity [mm]", "rated torque [N·m]", "assumed keys")
+    rows = tuple(
+        (name, str(spec.drive.pins), f"{spec.drive.pin_circle_radius_mm:g}", f"{spec.drive.eccentricity_mm:g}",
+         f"{spec.load.rated_torque_nm:g}", str(len(spec.source.assumed)))
+        for name, spec in drives.items()
+    )  # fmt: skip
+    return PlainTable("catalogue", head, rows)
+
+
+def planned_files_table(formats: Sequence[str], folder: Path) -> PlainTable:
+    """Files that an export of ``formats`` would write into ``folder``."""
+    rows = tuple((str(folder / file), name) for name in formats for file in exporter_for(name).filenames)
+    return PlainTable("would be written", ("file", "format"), rows)
+
+
+def written_files_table(entries: Sequence[Mapping[str, Any]], folder: Path) -> PlainTable:
+    """Manifest ``entries`` of files in ``folder``, with promised tolerance and measured deviation."""
+    rows = tuple(
+        (str(folder / one["path"]), f"{one['bytes']:,}", *(figure_text(one[key]) for key in _MEASURED_FILE))
+        for one in entries
+    )
+    return PlainTable("written", ("file", "bytes", "tolerance [µm]", "measured [µm]"), rows)
 
 
 def warnings(figures: Mapping[str, Any]) -> list[str]:

@@ -4,7 +4,7 @@ from .correction_package import correct_scans as correct_scans
 from .correction_package import write_correction as write_correction
 from .package import diagnosis_report as diagnosis_report
 from .package import save_plan_plot as save_plan_plot
-from .package import with_effects as with_effects
+from .package import spec_with_effects as spec_with_effects
 from .package import write_diagnosis as write_diagnosis
 from .package import write_json as write_json
 from .tables import VERDICTS as VERDICTS

@@ -15,7 +15,7 @@ from cycloid_profile.errors import SpecError, nearest_name
 from cycloid_profile.units import ARCMIN
 
 _SEE = "see docs/spec.md"
-_LONGEST_SHOWN = 60
+_LONGEST_SHOWN = 60  # characters of a refused value in a sentence
 _FAULT = re.compile(r"^(?P<rule>.*?)(?: - at `\$\.?(?P<path>.*)`)?$", re.DOTALL)
 _RULES = (
     (re.compile(r"^Expected `str` (?:matching regex|of length).*$"), "must be one line of at most 80 characters"),
