@@ -155,9 +155,9 @@ def test_main_prints_the_tables_and_draws(example, tmp_path, capsys):
     from PIL import Image
 
     example.main(["--out", str(tmp_path / "new")])
-    told = capsys.readouterr().out
-    assert told.startswith(example.table())
-    assert example.statement() in told
+    reported = capsys.readouterr().out
+    assert reported.startswith(example.table())
+    assert example.statement() in reported
     with Image.open(tmp_path / "new" / f"{NAME}.png") as picture:
         assert len(picture.convert("RGB").getcolors(maxcolors=100_000)) > 10
     assert (tmp_path / "new" / f"{NAME}.svg").is_file()
@@ -176,6 +176,6 @@ def test_page_quotes_the_tables(example):
     quoted, printed = page.split(begin)[1].split(end)[0].strip(), example.table()
     number = r"\d+(?:\.\d+)?"
     assert re.sub(number, "#", quoted) == re.sub(number, "#", printed)
-    for told, found in zip(re.findall(number, quoted), re.findall(number, printed), strict=True):
+    for reported, found in zip(re.findall(number, quoted), re.findall(number, printed), strict=True):
         # Two units of the last digit: the run in time is integrated, and rounds otherwise elsewhere.
-        assert float(told) == pytest.approx(float(found), abs=2.01 * 10.0 ** -len(told.partition(".")[2]))
+        assert float(reported) == pytest.approx(float(found), abs=2.01 * 10.0 ** -len(reported.partition(".")[2]))

@@ -138,7 +138,7 @@ def disc_bodies(spec: Spec, drive: Drive) -> tuple[DiscCompliance, ...]:
         return (one,) * drive.discs
     material = _material(spec.materials.disc)
     outline = disc_outline(spec, drive, drive.theoretical_profile)
-    # The carrier holds the openings of all discs alike, the eccentrics turn their teeth.
+    # The openings of all discs are aligned by the carrier; the eccentrics rotate the teeth relative to them.
     turned = 2.0 * math.pi / (drive.discs * drive.trochoid.lobes)
     try:
         return tuple(

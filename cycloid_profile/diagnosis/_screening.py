@@ -86,7 +86,7 @@ def _scan(reducer: AsBuiltReducer, measurement: Measurement) -> None:
     far, limit, of = (
         (distance, _ANOTHER_DISC, "median distance from the tooth")
         if distance >= _ANOTHER_DISC
-        else (spread, _ANOTHER_FORM, "median departure from the form of the tooth")
+        else (spread, _ANOTHER_FORM, "median deviation from the form of the tooth")
     )
     raise _wrong(
         measurement, of, f"{far:.3f} mm", f"is more than {limit:g} mm",

@@ -17,7 +17,7 @@ from cycloid_profile.geometry import RemovalDerivatives, Trochoid
 # A removal that must jump between lobes jumps near the tip, where no pin presses.
 _TRANSITION_HALF_WIDTH = 0.5  # rad to either side
 # A removal of one flank ends within twice this from root and tip. The first loaded pin of an RV-40E with 5 µm of
-# clearance stands 0.31 rad from the root; wider ends would take from its removal.
+# clearance is 0.31 rad from the root; wider ends would reduce its removal.
 _FLANK_END_HALF_WIDTH = 0.15  # rad
 
 

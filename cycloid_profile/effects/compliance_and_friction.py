@@ -14,7 +14,7 @@ from cycloid_profile.units import ARCMIN, ARCSEC, DEGREE, NEWTON_METRE, UM
 
 @dataclass(frozen=True)
 class SeriesCompliance(Effect):
-    """Shafts, carrier, main bearings and housing give way in series with the stage: Θ increases by T/k.
+    """Compliance of shafts, carrier, main bearings and housing in series with the stage: Θ increases by T/k.
 
     The torsional compliance increases by the same amount at every torque.
     """
@@ -44,7 +44,7 @@ class CrankBearingCompliance(Effect):
 
 @dataclass(frozen=True)
 class PinSupportCompliance(Effect):
-    """Pins that give way in their seats, or bend between them: δ increases by c·F."""
+    """Compliance of the pins in their seats, and their bending between these: δ increases by c·F."""
 
     remedy = "half-bores over the whole length, thicker ring"
     location = EffectLocation.COMPLIANCE

@@ -93,8 +93,8 @@ class CrankBearingClearance(Effect):
 class CarrierBoreError(_OnCranks):
     """Bore of a crank shaft in the carrier out of its place: the shaft and its planet move with it.
 
-    Against the discs, like their bores of this crank moved the other way, all alike. The planet rolls on the sun: a
-    shift A_t along the circle turns the crank ahead by (1 + z1/z2) A_t/r_c.
+    Relative to the discs it acts as an equal and opposite shift of this bore in every disc. The planet rolls on the
+    sun: a shift A_t along the circle turns the crank ahead by (1 + z1/z2) A_t/r_c.
     """
 
     remedy = "bore carrier and discs on one coordinate table"

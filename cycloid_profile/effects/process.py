@@ -133,7 +133,7 @@ class DiscRunout(_OnDiscs):
 
     ``form`` of the removal: 1 moves the tooth as a whole, h = −A cos(θ_n − φ) with θ_n the direction of the
     normal; 2 removes by the angle alone, h = −A cos(θ − φ), as a radial indicator would show it. φ is the polar
-    angle towards which material stands out.
+    angle of the largest excess of material.
     """
 
     remedy = "centre the fixture on the bores"
@@ -227,8 +227,8 @@ class GrindingChatter(_OnDiscs):
 class ToothFormError(_OnDiscs):
     """The same deviation of form on every tooth: h = A cos(n ψ − φ), n whole waves from root to root.
 
-    φ = 0 and 180° are alike on both flanks, ±90° opposite. With ``flank`` the other flank stays as drawn. Several
-    harmonics, or flanks that differ, are one effect each.
+    φ = 0 and 180° act equally on both flanks, ±90° with opposite signs. With ``flank`` the other flank is nominal.
+    Several harmonics, or flanks that differ, are one effect each.
     """
 
     remedy = "correct the profile of the wheel, or the program of the path"
@@ -299,7 +299,7 @@ class SingleToothError(_OnDiscs):
     h = amount on both flanks of that lobe.
     """
 
-    remedy = "look at the lobe; regrind if low on material elsewhere"
+    remedy = "inspect the lobe; regrind if other lobes have material left to remove"
     amount_um: float = size_field("removal, negative where the lobe is high [µm]", 1.0, -200.0, 200.0)
     lobe: int = part_field("number of the lobe, 1 has its root at angle 0, counted clockwise", 1)
     disc: int | None = part_field("number of the disc, 1 for the first", 1)

@@ -109,7 +109,7 @@ def test_only_errors_of_this_flank_are_ground_away() -> None:
 
 
 @pytest.mark.parametrize(
-    ("values", "options", "told"),
+    ("values", "options", "reported"),
     [
         ({"name": "equidistant_error", "amount_um": 12.0}, {}, "12.00 µm is more than the limit of 10 µm"),
         ({"name": "disc_oval", "amplitude_um": 3.0}, {"limit": 2.0 * UM}, "--limit-um"),
@@ -119,10 +119,10 @@ def test_only_errors_of_this_flank_are_ground_away() -> None:
         ({"name": "flank_wear", "amount_um": 3.0}, {}, "least concave radius of the corrected tooth"),
     ],
 )
-def test_limits_refuse_in_one_sentence(values: dict[str, Any], options: dict[str, float], told: str) -> None:
+def test_limits_refuse_in_one_sentence(values: dict[str, Any], options: dict[str, float], reported: str) -> None:
     with pytest.raises(GeometryError, match=r"^[^\n]+$") as refusal:
         correction(found(drawn(), [named(of_table(values))]), **options)
-    assert told in str(refusal.value)
+    assert reported in str(refusal.value)
     assert refusal.value.exit_code == 2
 
 

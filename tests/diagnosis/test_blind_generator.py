@@ -221,10 +221,10 @@ def test_noise_has_the_stated_parameters():
 
 
 def test_files_contain_required_keys_only(read):
-    told = read(scan(DRAWING, noise=Noise(0.3, declare=True), points=2000, missing_lobes=(4, 5), datum="free"))
-    assert told.number("noise_um") == 0.3
-    assert told.keys["datum"] == "free"
-    lobe = np.mod(np.round(-np.arctan2(told["y_mm"], told["x_mm"]) * 39 / (2.0 * np.pi)).astype(int), 39) + 1
+    reported = read(scan(DRAWING, noise=Noise(0.3, declare=True), points=2000, missing_lobes=(4, 5), datum="free"))
+    assert reported.number("noise_um") == 0.3
+    assert reported.keys["datum"] == "free"
+    lobe = np.mod(np.round(-np.arctan2(reported["y_mm"], reported["x_mm"]) * 39 / (2.0 * np.pi)).astype(int), 39) + 1
     assert set(range(1, 40)) - set(lobe.tolist()) == {4, 5}
     silent = read(loop(DRAWING, noise=Noise(0.004), rows=60))
     assert silent.number("noise_arcmin") is None

@@ -124,7 +124,7 @@ def _from_chord(profile: ToothProfile, pieces: ComplexArray, feet: _Feet, before
 
 
 def _step(profile: ToothProfile, feet: _Feet, before: Any, after: Any) -> FloatArray:
-    """Phase difference of two feet, reduced to half a turn of the disc [rad]."""
+    """Phase difference of two feet, wrapped to ± half a revolution of the disc [rad]."""
     along = 2.0 * math.pi * feet.lobe + feet.phase
     turn = 2.0 * math.pi * profile.trochoid.lobes
     step = along[after] - along[before]

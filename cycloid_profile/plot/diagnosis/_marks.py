@@ -33,7 +33,8 @@ def unit(gap: FileGap) -> str:
 
 def with_unit(value: float, gap: FileGap) -> str:
     """Three figures with the unit; no space before signs of angles."""
-    return _display.with_unit(f"{value:#.3g}", unit(gap))
+    # The alternate format keeps trailing zeros, and a point that a whole number does not need.
+    return _display.with_unit(f"{value:#.3g}".rstrip("."), unit(gap))
 
 
 def before_and_after(diagnosis: Diagnosis, gap: FileGap) -> list[tuple[str, Residuals]]:
