@@ -26,6 +26,7 @@ from cycloid_profile.rig import (
 )
 from cycloid_profile.units import ARCMIN, ARCSEC, DEGREE, NEWTON_METRE
 
+# Shares of the rated torque: those of lost motion, and steps about 1, 2, 5 up to the rated torque.
 LOAD_SHARES = (-1.0, -0.5, -0.2, -0.1, -LOST_MOTION_SHARE, LOST_MOTION_SHARE, 0.1, 0.2, 0.5, 1.0)
 _RIGIDITY = FigureRow("torsional_rigidity_nm_per_arcmin", "torsional rigidity, 50–100 %", "N·m/′")
 _TRANSMISSION_ERROR = FigureRow("transmission_error_arcsec", "transmission error, rated torque", "″")

@@ -28,6 +28,7 @@ _SHORTEST = 0.25  # mm along the flank: the contact width bridges shorter waves
 _CELLS = 2**16  # of two revolutions of the disc
 # Waves evaluated from the rows, number of them evaluated on a fine grid, and their least distance.
 _PROPOSED, _LEADING, _APART = 12, 4, 2.0
+# Waves about a peak of the grid of half waves: steps of a fifth, then of a fiftieth.
 _ROUGHLY, _CLOSELY = np.arange(-2, 3) / 5.0, np.arange(-25, 26) / 50.0
 _OFF_LOBES = (
     2.5  # waves: multiples of the lobe number are tooth form, also with once or twice per revolution modulation

@@ -33,7 +33,7 @@ _LOW_ORDERS = 12  # form errors; more waves are chatter
 _MULTIPLES = 6  # of lobes and pins: amplitudes fall with the harmonic
 # The simulation error may be larger in the amplitude of a wave, and larger still at one place, than over a file.
 _WAVE_LIMIT = math.sqrt(2.0)
-_LOCAL_LIMIT = 5.0
+_LOCAL_LIMIT = 5.0  # times the accuracy, which is a root mean square over the file
 
 
 @dataclass(frozen=True)

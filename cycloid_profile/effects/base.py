@@ -15,6 +15,7 @@ from cycloid_profile.arrays import FloatArray
 from cycloid_profile.effects.reducer import AsBuiltReducer
 from cycloid_profile.errors import SpecError
 
+DISC_PART = "number of the disc, 1 for the first; all discs if absent"
 _LARGEST = 1e300  # whole numbers of a spec file can be larger than any float
 
 

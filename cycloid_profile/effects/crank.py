@@ -8,14 +8,21 @@ import numpy as np
 
 from cycloid_profile.arrays import ComplexArray
 from cycloid_profile.contact.bodies import crank_turn_per_carrier_turn
-from cycloid_profile.effects.base import Effect, EffectLocation, angle_field, part_field, part_indices, size_field
+from cycloid_profile.effects.base import (
+    DISC_PART,
+    Effect,
+    EffectLocation,
+    angle_field,
+    part_field,
+    part_indices,
+    size_field,
+)
 from cycloid_profile.effects.reducer import AsBuiltReducer
 from cycloid_profile.errors import SpecError
 from cycloid_profile.geometry import Cranks
 from cycloid_profile.units import ARCMIN, DEGREE, UM
 
 _CRANK = "number of the crank shaft, 1 at angle 0; all of them if absent"
-_DISC = "number of the disc, 1 for the first; all discs if absent"
 
 
 class _OnCranks(Effect):
@@ -42,7 +49,7 @@ class CrankEccentricityError(_OnCranks):
     remedy = "sort cranks into classes, or regrind the eccentric"
     amount_um: float = size_field("eccentricity above the drawing [µm]", 3.0, -200.0, 200.0)
     crank: int | None = part_field(_CRANK)
-    disc: int | None = part_field(_DISC)
+    disc: int | None = part_field(DISC_PART)
 
     def apply(self, reducer: AsBuiltReducer) -> AsBuiltReducer:
         return replace(reducer, eccentric_shift=reducer.eccentric_shift + self._at_parts(reducer, self.amount_um * UM))
@@ -55,7 +62,7 @@ class CrankPhaseError(_OnCranks):
     remedy = "time the cranks"
     angle_arcmin: float = size_field("angle ahead of the drawing [arcmin]", 5.0, -300.0, 300.0)
     crank: int | None = part_field(_CRANK)
-    disc: int | None = part_field(_DISC)
+    disc: int | None = part_field(DISC_PART)
 
     def apply(self, reducer: AsBuiltReducer) -> AsBuiltReducer:
         across = 1j * reducer.case.drive.trochoid.eccentricity * self.angle_arcmin * ARCMIN
@@ -79,7 +86,7 @@ class CrankHoleError(_OnCranks):
 
 @dataclass(frozen=True)
 class CrankBearingClearance(Effect):
-    """Play in the crank bearings beyond the drawing: lost motion grows by 2c/r_c, flat."""
+    """Play in the crank bearings beyond the drawing: lost motion grows by 2c/r_c, equally at all poses."""
 
     remedy = "a smaller class"
     location = EffectLocation.CRANK

@@ -14,7 +14,15 @@ import numpy as np
 from cycloid_profile.contact import sliding_speed
 from cycloid_profile.contact.disc import Equilibrium
 from cycloid_profile.effects._removals import OneLobe, PitchDeviationWave, Ramp, Shift, ToothForm, Wave
-from cycloid_profile.effects.base import Effect, EffectLocation, angle_field, part_field, part_indices, size_field
+from cycloid_profile.effects.base import (
+    DISC_PART,
+    Effect,
+    EffectLocation,
+    angle_field,
+    part_field,
+    part_indices,
+    size_field,
+)
 from cycloid_profile.effects.reducer import AsBuiltReducer
 from cycloid_profile.geometry import NormalRemoval, ToothProfile
 from cycloid_profile.modification import FlankRemoval, NormalDeviation
@@ -23,7 +31,6 @@ from cycloid_profile.units import DEGREE, UM
 STEEL_EXPANSION = 11.5e-6  # 1/K
 # Feet on waves shorter than this are searched on each wave, from so many points on it.
 _SHORT_WAVE, _POINTS_ON_WAVE = 1.0, 8  # rad
-_DISC = "number of the disc, 1 for the first; all discs if absent"
 
 
 class _Disc(NamedTuple):
@@ -66,7 +73,7 @@ class EquidistantError(_OnDiscs):
 
     remedy = "correct the equidistant setting by the amount"
     amount_um: float = size_field("removal [µm]", 2.0, -200.0, 200.0)
-    disc: int | None = part_field(_DISC)
+    disc: int | None = part_field(DISC_PART)
 
     def _modified_tooth(self, before: _Disc) -> ToothProfile:
         return replace(before.tooth, pin_radius=before.tooth.pin_radius + self.amount_um * UM)
@@ -81,7 +88,7 @@ class RadialMovingError(_OnDiscs):
 
     remedy = "correct the infeed"
     amount_um: float = size_field("removal at root and tip [µm]", 2.0, -200.0, 200.0)
-    disc: int | None = part_field(_DISC)
+    disc: int | None = part_field(DISC_PART)
 
     def _modified_tooth(self, before: _Disc) -> ToothProfile:
         path = before.tooth.trochoid
@@ -99,7 +106,7 @@ class GeneratingEccentricityError(_OnDiscs):
 
     remedy = "correct the eccentricity"
     amount_um: float = size_field("eccentricity above its setting [µm]", 1.0, -100.0, 100.0)
-    disc: int | None = part_field(_DISC)
+    disc: int | None = part_field(DISC_PART)
 
     def _modified_tooth(self, before: _Disc) -> ToothProfile:
         path = before.tooth.trochoid
@@ -115,7 +122,7 @@ class ThermalGrowth(_OnDiscs):
 
     remedy = "let the disc reach the temperature of the ring; scan at a second temperature to rule out a wrong infeed"
     temperature_k: float = size_field("disc above housing [K]", 3.0, -100.0, 100.0)
-    disc: int | None = part_field(_DISC)
+    disc: int | None = part_field(DISC_PART)
 
     def _modified_tooth(self, before: _Disc) -> ToothProfile:
         growth = 1.0 + STEEL_EXPANSION * self.temperature_k
@@ -140,7 +147,7 @@ class DiscRunout(_OnDiscs):
     phase_per_lobe_index = -1.0
     amplitude_um: float = size_field("amplitude, half the run-out read [µm]", 3.0, 0.0, 200.0)
     phase_deg: float = angle_field("polar angle of the high side [°]")
-    disc: int | None = part_field(_DISC)
+    disc: int | None = part_field(DISC_PART)
     form: int = part_field("1: tooth moved as a whole; 2: by the angle alone", 1, most=2)
 
     def _modified_tooth(self, before: _Disc) -> ToothProfile:
@@ -159,7 +166,7 @@ class DiscOval(_OnDiscs):
     harmonic = 2
     amplitude_um: float = size_field("amplitude [µm]", 2.0, 0.0, 200.0)
     phase_deg: float = angle_field("polar angle of a high side [°]")
-    disc: int | None = part_field(_DISC)
+    disc: int | None = part_field(DISC_PART)
 
     def _modified_tooth(self, before: _Disc) -> ToothProfile:
         return before.with_removal(
@@ -178,7 +185,7 @@ class CumulativePitchError(_OnDiscs):
     phase_per_lobe_index = 1.0
     amplitude_um: float = size_field("amplitude along the normal at ψ0 [µm]", 3.0, 0.0, 200.0)
     phase_deg: float = angle_field("angle along the disc of the largest error [°]")
-    disc: int | None = part_field(_DISC)
+    disc: int | None = part_field(DISC_PART)
 
     def _modified_tooth(self, before: _Disc) -> ToothProfile:
         return before.with_removal(
@@ -196,7 +203,7 @@ class WheelWearDrift(_OnDiscs):
     remedy = "dress more often, or spread the lobes over several passes"
     amount_um: float = size_field("material left on the last lobe [µm]", 1.0, -100.0, 100.0)
     first_lobe: int = part_field("lobe ground first, 1 has its root at angle 0", 1)
-    disc: int | None = part_field(_DISC)
+    disc: int | None = part_field(DISC_PART)
 
     def _modified_tooth(self, before: _Disc) -> ToothProfile:
         (lobe,) = part_indices(self, "first_lobe", self.first_lobe, before.tooth.trochoid.lobes)
@@ -214,7 +221,7 @@ class GrindingChatter(_OnDiscs):
     amplitude_um: float = size_field("amplitude [µm]", 0.3, 0.0, 50.0)
     waves_per_turn: float = size_field("waves round the disc", 1000.0, 3.0, 20000.0)
     phase_deg: float = angle_field("phase of the wave at lobe 1's root [°]")
-    disc: int | None = part_field(_DISC)
+    disc: int | None = part_field(DISC_PART)
 
     def _modified_tooth(self, before: _Disc) -> ToothProfile:
         length = before.tooth.trochoid.phase_period / self.waves_per_turn
@@ -236,7 +243,7 @@ class ToothFormError(_OnDiscs):
     phase_deg: float = angle_field("phase of the wave at the root [°]")
     waves: int = part_field("waves from root to root", 2, most=20)
     flank: int | None = part_field("1: carries positive torque, 2: negative torque; both if absent", most=2)
-    disc: int | None = part_field(_DISC)
+    disc: int | None = part_field(DISC_PART)
 
     def _modified_tooth(self, before: _Disc) -> ToothProfile:
         length = 2.0 * np.pi / self.waves
@@ -254,7 +261,7 @@ class MissingDeformationCompensation(_OnDiscs):
 
     remedy = "grind with the compensated program"
     amount_um: float = size_field("δmax that is missing [µm]", 2.0, -50.0, 50.0)
-    disc: int | None = part_field(_DISC)
+    disc: int | None = part_field(DISC_PART)
 
     def _modified_tooth(self, before: _Disc) -> ToothProfile:
         return before.with_removal(FlankRemoval(self.amount_um * UM))
@@ -271,7 +278,7 @@ class FlankWear(_OnDiscs):
     remedy = "regrind, or look after lubricant and load"
     amount_um: float = size_field("deepest wear [µm]", 2.0, 0.0, 100.0)
     flank: int = part_field("1: carries positive torque, 2: carries negative torque", 1, most=2)
-    disc: int | None = part_field(_DISC)
+    disc: int | None = part_field(DISC_PART)
 
     def _modified_tooth(self, before: _Disc) -> ToothProfile:
         phase, depth = archard_depth(before.reducer)

@@ -49,7 +49,7 @@ class Equidistant:
     amount: float
 
     def apply(self, profile: ToothProfile) -> ToothProfile:
-        """The parallel curve ``amount`` further in."""
+        """The parallel curve, offset inwards by ``amount``."""
         return replace(profile, pin_radius=profile.pin_radius + self.amount)
 
 

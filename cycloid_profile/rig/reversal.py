@@ -29,7 +29,7 @@ _TOUCH_POSES = 240  # six a pin pitch of 40 pins
 # The output follows when the other flank carries this share of the rated torque.
 _LEAST_FOLLOWING_SHARE = 1e-3
 _BINDS = 1e-8  # rad; half a nanometre on the flank
-_STEPS_PER_SECOND = 16000
+_STEPS_PER_SECOND = 16000  # 3,000 a period of the published drive
 
 
 @dataclass(frozen=True, slots=True, repr=False)
