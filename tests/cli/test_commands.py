@@ -454,3 +454,19 @@ def test_help_and_import_leave_the_heavy_libraries_alone() -> None:
         "assert not heavy, heavy\n"
     )
     subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT, stdout=subprocess.DEVNULL)
+
+
+def test_the_help_of_a_command_imports_that_command_only() -> None:
+    code = (
+        "import sys\n"
+        "from cycloid_profile.cli.main import run\n"
+        "assert run(['diagnose', '--help']) == 0\n"
+        "assert 'numpy' not in sys.modules\n"
+        "assert 'cycloid_profile.cli.build' not in sys.modules\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT, stdout=subprocess.DEVNULL)
+
+
+def test_a_misspelt_command_gets_the_nearest_one(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["diagnos"]) == 2
+    assert 'Did you mean "diagnose"' in capsys.readouterr().err
