@@ -33,7 +33,7 @@ def loop_gap(diagnosis: Diagnosis, gap: FileGap) -> tuple[Figure, str]:
     for column, (title, residuals) in enumerate(shown):
         top, bottom = axes[0, column], axes[1, column]
         difference = nuisance_fitted(residuals)
-        x, y = _with_gaps(recording.rows, angle - difference, torque)
+        x, y = marks.with_gaps(recording.rows, angle - difference, torque)
         top.plot(angle, torque, ".", color=BLUE, markersize=4.0, label="measured")
         top.plot(x, y, color=ORANGE, linewidth=1.3, label="predicted")
         top.set(xlabel="angle [′]", ylabel="torque [N·m]")
@@ -50,12 +50,6 @@ def loop_gap(diagnosis: Diagnosis, gap: FileGap) -> tuple[Figure, str]:
     outlined = bool(marks.significant(diagnosis, gap, "row"))
     marks.legend(figure, [*marks.curve_marks(), *marks.row_marks(gap, outlined)])
     return figure, "the loop with its prediction, and measured minus predicted row by row; mind the scales."
-
-
-def _with_gaps(rows: np.ndarray, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """A path, interrupted where rows of the file are excluded."""
-    gaps = np.flatnonzero(np.diff(rows) > 1) + 1
-    return np.insert(x, gaps, np.nan), np.insert(y, gaps, np.nan)
 
 
 def turn_gap(diagnosis: Diagnosis, gap: FileGap) -> tuple[Figure, str]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from cycloid_profile import _display
-from cycloid_profile.arrays import FloatArray
+from cycloid_profile.arrays import FloatArray, IntArray
 from cycloid_profile.diagnosis import Diagnosis, FileGap, Finding, Residuals
 from cycloid_profile.plot.measured import draw_residual, folded_order, noise_mark, order_label
 from cycloid_profile.plot.style import BLACK, BLUE, GREEN, ORANGE, line_mark, note, patch_mark
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 _LABELLED_ORDERS = 5  # upright names of more would overlap
 _LOW_ORDERS = 6.5  # times the number of pins
+_MARK_WIDTH = 1.8  # inch; the longest mark with its line
 HELD: dict[str, Any] = {"color": GREEN, "linewidth": 2.5, "solid_capstyle": "butt"}
 OUTLINE: dict[str, Any] = {"facecolor": "none", "edgecolor": BLACK, "linewidth": 1.3}
 
@@ -63,14 +64,21 @@ def row_marks(gap: FileGap, outlined: bool) -> list[Artist]:
 
 
 def legend(figure: Figure, handles: Sequence[Artist]) -> None:
-    """One legend of the marks below the figure."""
-    columns = len(handles) if len(handles) <= 6 else math.ceil(len(handles) / 2)
+    """One legend of the marks below the figure, in as many lines as its width needs."""
+    lines = math.ceil(len(handles) * _MARK_WIDTH / figure.get_figwidth())
+    columns = math.ceil(len(handles) / lines)
     figure.legend(handles=handles, loc="outside lower center", ncols=columns, fontsize=9)
+
+
+def with_gaps(rows: IntArray, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """A path, interrupted where rows of the file are excluded."""
+    gaps = np.flatnonzero(np.diff(rows) > 1) + 1
+    return np.insert(x, gaps, np.nan), np.insert(y, gaps, np.nan)
 
 
 def draw_file_residual(ax: Axes, x: FloatArray, residual: FloatArray, gap: FileGap) -> None:
     """Residual of a file over ``x``, shape (rows,), with its noise and held-out rows."""
-    draw_residual(ax, x, residual, gap.noise, unit(gap))
+    draw_residual(ax, *with_gaps(gap.recording.rows, x, residual), gap.noise, unit(gap))
     held = gap.recording.held_out
     if not np.all(held):
         ax.plot(x, np.where(held, 0.012, np.nan), transform=ax.get_xaxis_transform(), **HELD)

@@ -60,12 +60,15 @@ def _harmonic(k: int) -> str:
 
 
 def draw_residual(ax: Axes, x: FloatArray, residual: FloatArray, noise: float, unit: str) -> None:
-    """Measured minus predicted over ``x``, shape (rows,), on a band of ±2σ of the noise; zero is in the middle."""
+    """Measured minus predicted over ``x``, shape (rows,), on a band of ±2σ of the noise; zero is in the middle.
+
+    NaN interrupts the line.
+    """
     # The edge of the band keeps it visible where the residual is many times the noise.
     ax.axhspan(-2.0 * noise, 2.0 * noise, **_NOISE_BAND)
     ax.plot(x, residual, color=BLUE, linewidth=0.7)
     ax.set_ylabel(f"measured minus predicted [{unit}]")
-    low, high = float(np.min(x)), float(np.max(x))
+    low, high = float(np.nanmin(x)), float(np.nanmax(x))
     ax.set_xlim(low - 0.01 * (high - low), high + 0.01 * (high - low))
     half = 1.15 * max(float(np.nanmax(np.abs(residual))), 2.5 * noise)
     ax.set_ylim(-half, half)
