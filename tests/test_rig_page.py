@@ -224,8 +224,8 @@ def test_python_of_the_page_runs(
     (code,) = re.findall(r"```python\n(.*?)```", rig_page, re.DOTALL)
     monkeypatch.chdir(ROOT)
     exec(compile(code, "docs/rig.md", "exec"), {})
-    # 2·5 µm/36 mm of play on top of the compensated drive's 0.597′, to first order.
-    assert float(capsys.readouterr().out.split("′")[0]) == pytest.approx(0.597 + 2 * 0.005 / 36.0 / ARCMIN, abs=0.02)
+    # 2·5 µm/36 mm of play on top of the compensated drive's 0.327′, to first order.
+    assert float(capsys.readouterr().out.split("′")[0]) == pytest.approx(0.327 + 2 * 0.005 / 36.0 / ARCMIN, abs=0.02)
 
 
 def _effects_in(block: str) -> list[dict[str, object]]:
