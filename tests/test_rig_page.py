@@ -59,17 +59,16 @@ def parameter_table() -> str:
     """Size, unit, bounds and manufacturing tolerance of every effect, and its angles and parts, from the registry."""
     head = ("effect", "acts on", "size", "meaning", "unit", "bounds", "manufacturing tolerance")
     rows = [row for name, kind in EFFECTS.items() for row in _sizes_of(name, kind)]
-    return _table((*head, "angles, 0 if absent", "parts (if absent)"), rows)
+    return _table((*head, "angles, 0 if absent", "parts and shapes (if absent)"), rows)
 
 
 def _sizes_of(name: str, kind: type[Effect]) -> Iterator[tuple[str, ...]]:
     known = parameters(kind)
     sizes = [p for p in known if p.tolerance is not None]
-    parts = [p for p in known if p.whole]
-    angles = [p for p in known if p not in sizes and p not in parts]
+    choices = [p for p in known if p not in sizes and not p.is_angle]
     around = (
-        ", ".join(f"`{p.name}`" for p in angles),
-        ", ".join(f"`{p.name}` ({_default(kind, p)})" for p in parts),
+        ", ".join(f"`{p.name}`" for p in known if p.is_angle),
+        ", ".join(f"`{p.name}` ({_default(kind, p)})" for p in choices),
     )
     title = (f"`{name}`", kind.location.value)
     for p in sizes:
@@ -232,8 +231,8 @@ def test_python_of_the_page_runs(
     (code,) = re.findall(r"```python\n(.*?)```", rig_page, re.DOTALL)
     monkeypatch.chdir(ROOT)
     exec(compile(code, "docs/rig.md", "exec"), {})
-    # 2·5 µm/36 mm of play on top of the compensated drive's 0.597′, to first order.
-    assert float(capsys.readouterr().out.split("′")[0]) == pytest.approx(0.597 + 2 * 0.005 / 36.0 / ARCMIN, abs=0.02)
+    # 2·5 µm/36 mm of play on top of the compensated drive's 0.327′, to first order.
+    assert float(capsys.readouterr().out.split("′")[0]) == pytest.approx(0.327 + 2 * 0.005 / 36.0 / ARCMIN, abs=0.02)
 
 
 def _effects_in(block: str) -> list[dict[str, object]]:

@@ -19,7 +19,7 @@ from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
 from cycloid_profile.diagnosis._normal_equations import NormalEquations, coordinates
 from cycloid_profile.diagnosis.candidate import IMPLAUSIBLE, Candidate, places
 
-CHANCE = 0.05  # prior probability of each effect: about two of the 37 are expected
+CHANCE = 0.05  # prior probability of each effect: two of forty are expected
 _EXTENDED_PAIRS = 40  # bounds the triples, whose number grows with pairs times candidates
 _INVISIBLE = 0.01  # least information of one prior width, in (standard deviations)²
 ALIAS = 0.999  # cosine above which no data of these kinds separate two effects

@@ -38,7 +38,7 @@ IMPLAUSIBLE = 3.5  # prior widths: one of 2,000 normal sizes is larger
 # cases were validated without them (docs/diagnosis.md, "Limits").
 NOT_YET_PROPOSED = frozenset({
     "tooth_form_error", "pin_ring_three_lobed", "ring_mounting_ovality", "carrier_bore_error", "common_planet_runout",
-    "sun_runout", "input_runout",
+    "sun_runout", "input_runout", "nonlinear_series_compliance", "viscoelastic_creep", "elastoslide_friction",
 })  # fmt: skip
 # A displaced pin is an alias of a pin with another radius. The spectrum proposes the waves of chatter.
 ONLY_TOLERANCES = NOT_YET_PROPOSED | {"pin_position_error"}

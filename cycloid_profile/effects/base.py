@@ -59,6 +59,11 @@ def angle_field(text: str) -> Any:
     return dataclasses.field(default=0.0, metadata=meta)
 
 
+def shape_field(text: str, default: float, low: float, high: float) -> Any:
+    """A field that holds a number without unit which shapes an effect, such as an exponent."""
+    return dataclasses.field(default=default, metadata={"text": text, "low": low, "high": high, "tolerance": None})
+
+
 def part_field(text: str, default: int | None = None, most: int = 1000) -> Any:
     """A field that holds the number of a part counted from 1, or of a choice; a default of None means all parts."""
     meta = {"text": text, "low": 1, "high": most, "tolerance": None, "whole": True}

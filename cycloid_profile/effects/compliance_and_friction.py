@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cycloid_profile.contact.laws import OnSpring
-from cycloid_profile.effects.base import Effect, EffectLocation, angle_field, size_field
+from cycloid_profile.effects.base import Effect, EffectLocation, angle_field, shape_field, size_field
 from cycloid_profile.effects.reducer import AsBuiltReducer
+from cycloid_profile.effects.series import CreepTwist, PowerTwist
 from cycloid_profile.units import ARCMIN, ARCSEC, DEGREE, NEWTON_METRE, UM
 
 
@@ -27,6 +28,43 @@ class SeriesCompliance(Effect):
     def apply(self, reducer: AsBuiltReducer) -> AsBuiltReducer:
         stiffness = self.stiffness_nm_per_arcmin * NEWTON_METRE / ARCMIN
         return replace(reducer, series_compliance=reducer.series_compliance + 1.0 / stiffness)
+
+
+@dataclass(frozen=True)
+class NonlinearSeriesCompliance(Effect):
+    """Joints, bearings and housing in series with the stage twist with a power of the torque.
+
+    An exponent below 1 stiffens under load, as contacts do; one above 1 softens, as plastics do.
+    """
+
+    remedy = "tighter joints, preload; it belongs to the model"
+    location = EffectLocation.COMPLIANCE
+    twist_arcmin: float = size_field("twist at rated torque [arcmin]", 1.0, 0.0, 6000.0)
+    exponent: float = shape_field("exponent of the torque", 0.7, 0.2, 5.0)
+
+    def apply(self, reducer: AsBuiltReducer) -> AsBuiltReducer:
+        twist = PowerTwist(self.twist_arcmin * ARCMIN, self.exponent, abs(reducer.case.torque))
+        return replace(reducer, further_twists=(*reducer.further_twists, twist))
+
+
+@dataclass(frozen=True)
+class ViscoelasticCreep(Effect):
+    """Plastic parts in series with the stage go on twisting after the torque has changed, and come back late.
+
+    The loop opens as friction opens it, and its ends are round. At rest the twist is proportional to the torque.
+    """
+
+    remedy = "stiffer material, lower stress, measure more slowly"
+    location = EffectLocation.COMPLIANCE
+    twist_arcmin: float = size_field("late twist at rated torque, at rest [arcmin]", 1.0, 0.0, 6000.0)
+    relaxation_share: float = shape_field(
+        "change of torque, over the rated one, in which 63 % of the twist follows", 0.3, 0.01, 10.0
+    )
+
+    def apply(self, reducer: AsBuiltReducer) -> AsBuiltReducer:
+        rated = abs(reducer.case.torque)
+        twist = CreepTwist(self.twist_arcmin * ARCMIN, self.relaxation_share * rated, rated)
+        return replace(reducer, further_twists=(*reducer.further_twists, twist))
 
 
 @dataclass(frozen=True)
@@ -65,6 +103,24 @@ class CoulombFriction(Effect):
 
     def apply(self, reducer: AsBuiltReducer) -> AsBuiltReducer:
         return replace(reducer, coulomb_torque=reducer.coulomb_torque + self.torque_nm * NEWTON_METRE)
+
+
+@dataclass(frozen=True)
+class ElastoslideFriction(Effect):
+    """Coulomb friction of many contacts that slip one after the other: the loop turns round at its ends."""
+
+    remedy = "softer seals, less preload"
+    location = EffectLocation.FRICTION
+    torque_nm: float = size_field("mean friction torque at the output [N·m]", 5.0, 0.0, 1e5)
+    spread: float = shape_field("half the range of the slip torques over their mean", 1.0, 0.0, 1.0)
+
+    def apply(self, reducer: AsBuiltReducer) -> AsBuiltReducer:
+        torque = self.torque_nm * NEWTON_METRE
+        return replace(
+            reducer,
+            coulomb_torque=reducer.coulomb_torque + torque,
+            friction_spread=reducer.friction_spread + self.spread * torque,
+        )
 
 
 @dataclass(frozen=True)

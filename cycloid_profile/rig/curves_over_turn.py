@@ -180,7 +180,7 @@ def encoder_readings(reducer: AsBuiltReducer, torques: FloatArray, poses: int) -
     rotation = np.concatenate([np.where(block.settled, block.rotation, np.nan) for block in blocks])
     turned = rotation[equivalent.representative].reshape(torques.size, poses)
     read = reducer.angle_error(angle)
-    return np.asarray(turned + reducer.series_compliance * torques[:, np.newaxis] + read)
+    return np.asarray(turned + reducer.series_twist(torques)[:, np.newaxis] + read)
 
 
 def touch_angles(reducer: AsBuiltReducer, poses: int) -> FloatArray:

@@ -156,7 +156,7 @@ def _spring(reducer: AsBuiltReducer) -> _ContactTorque:
     if not curve.converged:
         raise SolveError("reversal run", "not started", "for lack of an equilibrium", "check bearings and torque", " ")
     # Twist beyond first touch of its own flank; the angle of the output decides where that touch is.
-    twist = curve.rotation - curve.touch + reducer.series_compliance * shares * rated
+    twist = curve.rotation - curve.touch + reducer.series_twist(shares * rated)
     forward = PchipInterpolator(np.append(0.0, twist[_CURVE.size :]), np.append(0.0, _CURVE * rated), extrapolate=True)
     backward = PchipInterpolator(
         np.append(twist[: _CURVE.size], 0.0), np.append(-_CURVE[::-1] * rated, 0.0), extrapolate=True

@@ -6,6 +6,7 @@ import itertools
 import math
 from typing import Any
 
+import numpy as np
 import pytest
 import tomli_w
 from hypothesis import given
@@ -41,6 +42,7 @@ UNITS = {
 }
 # A ratio and a count have no unit.
 PLAIN = {"coefficient", "waves_per_turn"}
+SHAPES = {"exponent", "relaxation_share", "spread"}
 PARTS = {"disc", "crank", "planet", "pin", "lobe", "first_lobe", "flank", "form", "waves"}
 # How many there are of each part in an RV-40E; flank and form are choices of two, waves at most twenty.
 COUNT = {
@@ -66,7 +68,7 @@ def values_of(kind: type[Effect], required_only: bool = False) -> dict[str, Any]
     chosen: dict[str, Any] = {}
     for p in parameters(kind):
         if p.required or not required_only:
-            chosen[p.name] = 1 if p.whole else p.tolerance or 30.0
+            chosen[p.name] = 1 if p.whole else p.tolerance or (0.5 if p.name in SHAPES else 30.0)
     return chosen
 
 
@@ -222,6 +224,10 @@ def test_every_parameter_has_its_unit_and_every_size_its_tolerance(name):
             assert p.name in PARTS
             assert p.tolerance is None
             continue
+        if p.name in SHAPES:
+            assert not p.required
+            assert not p.text.endswith("]")
+            continue
         unit = max((suffix for suffix in UNITS if p.name.endswith(suffix)), key=len, default=None)
         if unit is None:
             assert p.name in PLAIN
@@ -249,6 +255,7 @@ def test_no_size_is_no_effect(name, case):
         return
     drawn = as_drawn(case)
     assert none.series_compliance == drawn.series_compliance
+    assert not np.any(none.series_twist(np.array([-1.0, 1.0]) * case.torque))
     assert (none.coulomb_torque, none.proportional_friction, none.encoder) == (0.0, 0.0, 0j)
     assert (none.sun_shift, none.input_error) == (0j, 0j)
     for part in ("pin_shift", "pin_oversize", "eccentric_shift", "bore_shift", "crank_lead"):

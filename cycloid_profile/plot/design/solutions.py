@@ -73,7 +73,7 @@ def convergence(record: DesignRecord, ax: Any = None) -> Any:
         for sharing, colour, marker in ((record.classical, BLUE, "o"), (record.equilibrium, ORANGE, "s")):
             force = np.array([step[0] for step in sharing.history])
             error = _drawable(np.abs(force / force[-1] - 1.0), 1e-10)
-            label = f"{sharing.solver}: {sharing.iterations} iterations"
+            label = f"{sharing.solver}: {sharing.iterations} iteration{'s' * (sharing.iterations != 1)}"
             look: dict[str, Any] = {"color": colour, "markersize": 5, "linestyle": "-", "linewidth": 1.0}
             left.semilogy(np.arange(1, error.size + 1), error, marker, label=label, **look)
         _stop_line(left, _PUBLISHED_STOP, "published stop, 0.1 %")
