@@ -48,6 +48,8 @@ def summary(record: DesignRecord) -> dict[str, Any]:
             "applied": compensation is not None,
             "load_share": spec.modification.compensation_load_share,
             "delta_max_um": 0.0 if compensation is None else compensation.delta_max / UM,
+            "delta_max_least_um": 0.0 if compensation is None else compensation.delta_max_least / UM,
+            "delta_max_largest_um": 0.0 if compensation is None else compensation.delta_max_largest / UM,
             "solver": given if sharing is None else sharing.solver,
             "rounds": 0 if compensation is None else len(compensation.history),
             "backlash_change_arcmin": 0.0 if compensation is None else compensation.backlash_change / ARCMIN,

@@ -9,6 +9,8 @@ import math
 from dataclasses import dataclass, replace
 from typing import ClassVar, Protocol
 
+import numpy as np
+
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.errors import GeometryError
 from cycloid_profile.geometry import RemovalJet, ToothProfile, Trochoid
@@ -32,6 +34,33 @@ class FlankRemoval:
         value, first, second = trochoid.lever_jet(phase)
         A = self.amount * side
         return RemovalJet(A * value, A * first, A * second)
+
+
+@dataclass(frozen=True, slots=True)
+class FlankStock:
+    """Stock left on the working flank: removal −``amount`` [mm] where |sinψ|·S is at least ``root_reach`` on the root's
+    side of ψ0 and ``tip_reach`` on the tip's, zero at root and tip.
+
+    Between them it is −``amount``·[1 − (1 − t²)²] with t = |sinψ|·S/reach, without corners (docs/theory.md, Eq. 97).
+    """
+
+    amount: float
+    root_reach: float
+    tip_reach: float
+    whole_disc: ClassVar[bool] = False
+    point_spacing: ClassVar[None] = None
+    corners: ClassVar[tuple[float, ...]] = ()
+
+    def jet(self, phase: FloatArray, side: FloatArray, trochoid: Trochoid) -> RemovalJet:
+        """Removal and derivatives on the flank ``side``, in the shape of ``phase``."""
+        reach = np.where(np.cos(phase) > trochoid.short_width_ratio, self.root_reach, self.tip_reach)
+        t, first, second = (side * each / reach for each in trochoid.lever_jet(phase))
+        rising = (t > 0.0) & (t < 1.0)
+        t = np.clip(t, 0.0, 1.0)
+        slope = 4.0 * t * (1.0 - t * t)
+        bend = np.where(rising | (t == 0.0), 4.0 - 12.0 * t * t, 0.0)
+        A = -self.amount
+        return RemovalJet(A * (1.0 - (1.0 - t * t) ** 2), A * slope * first, A * (bend * first**2 + slope * second))
 
 
 class Modification(Protocol):
@@ -89,6 +118,30 @@ class DeformationCompensation:
     def apply(self, profile: ToothProfile) -> ToothProfile:
         """The compensated profile."""
         return _with_flank_removal(profile, -self.delta_max)
+
+
+@dataclass(frozen=True, slots=True)
+class RootAndTipRelief:
+    """Equidistant removal by ``amount`` [mm] at root and tip alone: the working flank, where |sinψ|·S is at least
+    ``root_reach`` or ``tip_reach``, keeps its material (Eq. 97).
+
+    The radial clearance grows by ``amount``, the backlash does not. Raises ``GeometryError`` where applied, unless both
+    reaches are between 0 and 1.
+    """
+
+    amount: float
+    root_reach: float
+    tip_reach: float
+
+    def apply(self, profile: ToothProfile) -> ToothProfile:
+        """The relieved profile."""
+        for reach in (self.root_reach, self.tip_reach):
+            if not 0.0 < reach < 1.0:
+                remedy = "give the share of the longest lever at which the working flank begins"
+                raise GeometryError("reach of the relief", reach, "is outside 0 to 1", remedy)
+        ground = Equidistant(self.amount).apply(profile)
+        stock = FlankStock(self.amount, self.root_reach, self.tip_reach)
+        return replace(ground, removals=(*ground.removals, stock))
 
 
 def modify(profile: ToothProfile, *modifications: Modification) -> ToothProfile:
