@@ -12,4 +12,6 @@ from cycloid_profile.modification.setup import RadialMoving as RadialMoving
 from cycloid_profile.modification.setup import RootAndTipRelief as RootAndTipRelief
 from cycloid_profile.modification.setup import conjugate_pair as conjugate_pair
 from cycloid_profile.modification.setup import modify as modify
+from cycloid_profile.modification.setup import pair_ratios as pair_ratios
+from cycloid_profile.modification.setup import rotation_to_backlash as rotation_to_backlash
 from cycloid_profile.modification.setup import zero_backlash_pair as zero_backlash_pair

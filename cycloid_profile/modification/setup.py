@@ -178,3 +178,18 @@ def zero_backlash_pair(trochoid: Trochoid, radial_clearance: float) -> tuple[Equ
     """Pair with no backlash to first order; fewer pins share the load (Eq. 18). ``radial_clearance`` [mm]."""
     s = math.sqrt(1.0 - trochoid.short_width_ratio**2)
     return Equidistant(-radial_clearance * s / (1.0 - s)), RadialMoving(radial_clearance / (1.0 - s))
+
+
+def pair_ratios(trochoid: Trochoid) -> tuple[float, float]:
+    """Radial-moving over equidistant amount of the conjugate and the zero-backlash pair, −s and −1/s (Eqs. 17, 18)."""
+    s = math.sqrt(1.0 - trochoid.short_width_ratio**2)
+    return -s, -1.0 / s
+
+
+def rotation_to_backlash(angle: float) -> float:
+    """Backlash that a rotation of each flank by ``angle`` adds, crank locked, to first order: twice the angle [rad].
+
+    A flank removal A at the longest lever is a rotation by A/(a z_c): the deformation compensation δmax takes
+    2 δmax/(a z_c) off the backlash (Eq. 40). With the input locked multiply by ``contact.input_locked_factor``.
+    """
+    return 2.0 * angle
