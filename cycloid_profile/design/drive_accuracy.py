@@ -34,7 +34,7 @@ ACCURACY = (
     FigureRow("backlash_arcmin", "backlash, crank held", "′", "zero torque, worst of a mesh cycle"),
     FigureRow("backlash_input_locked_arcmin", "backlash, input held", "′", "zero torque"),
     FigureRow("lost_motion_arcmin", "lost motion at ±3 % torque", "′", "input held"),
-    _RIGIDITY._replace(note="mesh and bearings only"),
+    _RIGIDITY._replace(note="mesh, crank bearings, and discs where elastic"),
     _TRANSMISSION_ERROR._replace(note="peak to peak, nominal parts"),
 )
 AS_BUILT = (

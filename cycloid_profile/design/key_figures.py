@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 
 from cycloid_profile._display import finite
-from cycloid_profile.contact import LoadSharing, LossRange, sliding_speed
+from cycloid_profile.contact import LoadSharing, LossRange, first_order_backlash, sliding_speed
 from cycloid_profile.design.checks import strength_checks
 from cycloid_profile.design.from_spec import output_speed
 from cycloid_profile.design.record import DesignRecord
 from cycloid_profile.geometry import least_radii, modification_sizes, undercut_limit
+from cycloid_profile.modification import pair_ratios, rotation_to_backlash
 from cycloid_profile.units import ARCMIN, NEWTON_METRE, UM
 
 
@@ -44,10 +45,13 @@ def summary(record: DesignRecord) -> dict[str, Any]:
         "classical": _sharing(record.classical),
         "equilibrium": _sharing(record.equilibrium),
         "under_load": _under_load(record),
+        "modification": _modification(record),
         "compensation": {
             "applied": compensation is not None,
             "load_share": spec.modification.compensation_load_share,
             "delta_max_um": 0.0 if compensation is None else compensation.delta_max / UM,
+            "delta_max_least_um": 0.0 if compensation is None else compensation.delta_max_least / UM,
+            "delta_max_largest_um": 0.0 if compensation is None else compensation.delta_max_largest / UM,
             "solver": given if sharing is None else sharing.solver,
             "rounds": 0 if compensation is None else len(compensation.history),
             "backlash_change_arcmin": 0.0 if compensation is None else compensation.backlash_change / ARCMIN,
@@ -65,6 +69,27 @@ def summary(record: DesignRecord) -> dict[str, Any]:
         "effects": [effect["name"] for effect in spec.effects],
         "as_built": None if record.as_built is None else record.as_built.figures(),
         "failures": list(record.failures),
+    }
+
+
+def _modification(record: DesignRecord) -> dict[str, Any]:
+    """Amounts of the set-up, and the backlash that they make to first order, before deformation compensation.
+
+    The ratio of the amounts tells the pair: near ``conjugate_ratio`` many pins share the load at the price of backlash,
+    near ``zero_backlash_ratio`` it is the other way round.
+    """
+    m, (conjugate, zero) = record.spec.modification, pair_ratios(record.drive.trochoid)
+    turned = rotation_to_backlash(m.rotation_arcmin * ARCMIN)
+    play = first_order_backlash(record.drive, m.equidistant_um * UM, m.radial_moving_um * UM) + turned
+    return {
+        "equidistant_um": m.equidistant_um,
+        "radial_moving_um": m.radial_moving_um,
+        "rotation_arcmin": m.rotation_arcmin,
+        "radial_clearance_um": m.equidistant_um + m.radial_moving_um,
+        "backlash_arcmin": play / ARCMIN,
+        "ratio": m.radial_moving_um / m.equidistant_um if m.equidistant_um else None,
+        "conjugate_ratio": conjugate,
+        "zero_backlash_ratio": zero,
     }
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import typing
 
@@ -237,6 +238,16 @@ def test_law_outside_its_range_fails_its_check():
     law = check(record, "contact law (palmgren)")
     assert not law.passed
     assert "steel" in law.limit
+
+
+def test_modification_figures():
+    record = designed(load='disc_body = "rigid"', modification="radial_moving_um = -1.0\nrotation_arcmin = 0.1")
+    found, spec = summary(record)["modification"], record.spec.modification
+    assert found["radial_clearance_um"] == spec.equidistant_um - 1.0
+    # Eq. 32 with a z_c = 50.7 mm and √(1 − K1²) = 0.582961, and twice the rotation.
+    by_hand = 2.0 * (spec.equidistant_um - 0.582961) / 50.7e3 * 10800.0 / math.pi + 0.2
+    assert found["backlash_arcmin"] == pytest.approx(by_hand, rel=1e-6)
+    assert found["backlash_arcmin"] == pytest.approx(summary(record)["conventional"]["backlash_arcmin"], rel=5e-3)
 
 
 @pytest.mark.slow

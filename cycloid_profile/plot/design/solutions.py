@@ -47,7 +47,8 @@ def accuracy(result: DesignRecord | Accuracy, ax: Any = None) -> Any:
         headroom(right, 0.3)
         for axes in drawn.axes:
             axes.legend(loc="upper left", fontsize=9)
-        drawn.title(name, "mesh and bearings only")
+        body = "elastic" if cases[0][2].case.disc_bodies else "rigid"
+        drawn.title(name, f"mesh, crank bearings and {body} discs")
     return drawn.axes
 
 

@@ -20,6 +20,12 @@ LOAD = (
     FigureRow("max_pressure_mpa", "peak pressure", "MPa"),
     FigureRow("iterations", "iterations", report_only=True),
 )
+COMPENSATION = (
+    FigureRow("delta_max_um", "deformation δmax added to the tooth", "µm"),
+    FigureRow("delta_max_least_um", "least δmax of the poses", "µm"),
+    FigureRow("delta_max_largest_um", "largest δmax of the poses", "µm"),
+    FigureRow("backlash_change_arcmin", "change of the backlash", "′"),
+)
 STAGE = (
     FigureRow("max_force_n", "largest pin force", "N"),
     FigureRow("max_pressure_mpa", "peak pressure", "MPa"),
@@ -68,10 +74,14 @@ GEOMETRY = (
 
 
 def terminal_tables(figures: Mapping[str, Any], loads: bool = False) -> list[PlainTable]:
-    """Accuracy, load on the conventional tooth if ``loads``, stage, losses, strength, reducer with any effects."""
+    """Accuracy, load on the conventional tooth and compensation if ``loads``, stage, losses, strength, reducer with
+    any effects.
+    """
     found = [_table(f"{figures['name']}: accuracy", ACCURACY, figures, ("conventional", "compensated"))]
     if loads:
         found.append(_table("load on the conventional tooth", LOAD, figures, ("classical", "equilibrium")))
+        if figures["compensation"]["applied"]:
+            found.append(_table("deformation compensation", COMPENSATION, figures, ("compensation",)))
     found.append(_table("whole stage, final tooth, rated torque", STAGE, figures, ("under_load",)))
     found.append(_losses_table(figures))
     found.append(_strength_table(figures))
