@@ -5,6 +5,8 @@ from cycloid_profile.design.checks import CheckStatus as CheckStatus
 from cycloid_profile.design.checks import load_checks as load_checks
 from cycloid_profile.design.checks import shape_checks as shape_checks
 from cycloid_profile.design.checks import strength_checks as strength_checks
+from cycloid_profile.design.crank_rollers import CrankRollers as CrankRollers
+from cycloid_profile.design.crank_rollers import bearing_radius as bearing_radius
 from cycloid_profile.design.drive_accuracy import ACCURACY as ACCURACY
 from cycloid_profile.design.drive_accuracy import AS_BUILT as AS_BUILT
 from cycloid_profile.design.drive_accuracy import LOAD_SHARES as LOAD_SHARES
@@ -13,7 +15,6 @@ from cycloid_profile.design.drive_accuracy import AsBuiltAccuracy as AsBuiltAccu
 from cycloid_profile.design.drive_accuracy import accuracy as accuracy
 from cycloid_profile.design.drive_accuracy import accuracy_as_built as accuracy_as_built
 from cycloid_profile.design.from_spec import as_built_reducer as as_built_reducer
-from cycloid_profile.design.from_spec import bearing_radius as bearing_radius
 from cycloid_profile.design.from_spec import conventional_profile as conventional_profile
 from cycloid_profile.design.from_spec import disc_outline as disc_outline
 from cycloid_profile.design.from_spec import drive_of as drive_of
@@ -22,8 +23,9 @@ from cycloid_profile.design.from_spec import output_speed as output_speed
 from cycloid_profile.design.key_figures import summary as summary
 from cycloid_profile.design.record import DesignRecord as DesignRecord
 from cycloid_profile.design.record import design_disc as design_disc
-from cycloid_profile.design.strength import CrankRollers as CrankRollers
+from cycloid_profile.design.strength import BearingStiffness as BearingStiffness
 from cycloid_profile.design.strength import Strength as Strength
+from cycloid_profile.design.strength import bearing_stiffness as bearing_stiffness
 from cycloid_profile.design.strength import strength_under_load as strength_under_load
 from cycloid_profile.design.tolerance_analysis import LEAST_BACKLASH as LEAST_BACKLASH
 from cycloid_profile.design.tolerance_analysis import PERCENTS as PERCENTS

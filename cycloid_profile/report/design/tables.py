@@ -42,6 +42,8 @@ STRENGTH = (
     FigureRow("pin_force_n", "largest force on a pin, all discs", "N"),
     FigureRow("pin_shear_mpa", "shear of that pin, at most", "MPa"),
     FigureRow("pin_bending_mpa", "bending of that pin", "MPa"),
+    FigureRow("crank_bearing_clearance_um", "radial clearance of a crank bearing", "µm"),
+    FigureRow("crank_bearing_stiffness_n_per_mm", "radial stiffness of a crank bearing, largest force", "N/mm"),
     FigureRow("dynamic_load_rating_n", "dynamic load rating of a crank bearing", "N"),
     FigureRow("equivalent_load_n", "equivalent load of a crank bearing", "N"),
     FigureRow("crank_speed_rpm", "crank against disc", "rpm"),
