@@ -17,7 +17,7 @@ from cycloid_profile.arrays import FloatArray
 # ISO/TS 16281:2008: force of a line contact ∝ δ^(10/9), its energy ∝ δ^ν.
 NU = 19.0 / 9.0
 _KAPPA = NU + 0.5
-# Degree of a polynomial on half the range of z, so that it errs by rounding; of those beyond z = ½, whose coefficients grow.
+# Degree of a polynomial on half the range of z, so that it errs by rounding; beyond z = ½ its coefficients grow.
 _DEGREE, _DEGREE_BEYOND = 16, 28
 _INVERSE_STEPS = 100
 
@@ -114,7 +114,7 @@ def rollers_alone(rollers: float, play: float, r: float) -> tuple[float, float, 
     if r <= play:
         return 0.0, 0.0, 0.0
     if r < -play:
-        h = r * r / (play * play)
+        h = (r / play) * (r / play)  # squares of tiny plays would be zero
         g0, g1, g2 = _hypergeometric(_ALL, h)
         size = rollers / NU * (-play) ** (NU - 2.0)
         return 2.0 * size * g1, 2.0 * size * (g1 + 2.0 * h * g2), size * play * play * g0
@@ -179,7 +179,7 @@ def displacements(bearing: CompiledBearing, play: FloatArray, force: FloatArray)
             high += 2.0 * (high - low)
         r = high if force[i] > 0.0 else low
         for _ in range(_INVERSE_STEPS):
-            if r == low:
+            if force[i] <= 0.0:
                 break
             secant, tangent, _energy = bearing_response(bearing, play[i], r)
             miss = secant * r - force[i]
@@ -188,8 +188,8 @@ def displacements(bearing: CompiledBearing, play: FloatArray, force: FloatArray)
             else:
                 low = r
             step = miss / tangent
-            r = r - step if low < r - step < high else 0.5 * (low + high)
             if not abs(step) > 1e-15 * r:
                 break
+            r = r - step if low < r - step < high else 0.5 * (low + high)
         found[i] = r
     return found
