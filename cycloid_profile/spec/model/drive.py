@@ -47,9 +47,7 @@ class FirstStageSpec(Table, frozen=True):
 
 
 class CrankBearingSpec(Table, frozen=True):
-    """Rollers between each crank, or the central eccentric, and a disc: stiffness, life, losses. Estimated where
-    absent.
-    """
+    """Rollers between crank, or central eccentric, and disc: stiffness, life, losses. Estimated where absent."""
 
     model: (
         Annotated[
