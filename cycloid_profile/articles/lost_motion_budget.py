@@ -214,7 +214,7 @@ def _bearing_from_geometry(setup: DifferenceSetup, errors: PartErrors) -> Budget
     if not isinstance(support, Cranks):
         return None
     slope = bearing_play(setup).mean
-    return BudgetPart(slope * 2.0 * support.bearing_play, slope * 2.0 * 2.0 * errors.bearing_um * UM)
+    return BudgetPart(slope * 2.0 * max(support.bearing_play, 0.0), slope * 2.0 * 2.0 * errors.bearing_um * UM)
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,7 +18,7 @@ from scipy.integrate import quad
 
 from cycloid_profile.contact import LoadCase, Palmgren, clearance_range, roller_constant
 from cycloid_profile.contact.bodies import LinearBearing, RollerBearing, bearing_law
-from cycloid_profile.contact.laws import STEEL, LineContact, Material
+from cycloid_profile.contact.laws import LAWS, STEEL, LineContact, Material
 from cycloid_profile.contact.stage import StageEquilibrium, StageTangent, energy_about, minimise
 from cycloid_profile.design import bearing_stiffness, drive_of
 from cycloid_profile.effects import ReducerChange, build, effect
@@ -26,6 +26,7 @@ from cycloid_profile.errors import LoadError, SpecError
 from cycloid_profile.modification import Equidistant, modify
 from cycloid_profile.spec import Spec, validated
 from tests.contact.plain_search import plain_search
+from tests.contact.test_elastic_disc import bodies
 
 HARRIS = {
     0.1: 0.1268, 0.2: 0.1737, 0.3: 0.2055, 0.4: 0.2286, 0.5: 0.2453, 0.6: 0.2568, 0.7: 0.2636, 0.8: 0.2658, 0.9: 0.2628,
@@ -194,8 +195,8 @@ def on_rollers(drive, play, law=ROLLERS):
     return replace(drive, support=replace(drive.support, bearing_play=play, rollers=law))
 
 
-def case_of(drive, play, law=ROLLERS, **changes):
-    held = on_rollers(drive, play, law)
+def case_of(drive, play, rollers=ROLLERS, **changes):
+    held = on_rollers(drive, play, rollers)
     return LoadCase(held, modify(drive.theoretical_profile, Equidistant(0.006)), 412e3, **changes)
 
 
@@ -291,6 +292,26 @@ def test_tangent_against_a_new_solve(rv40e, play, table):
     exact = replace(solver, deviations=changed.deviations).at(changed.case, CRANK).rotation - nominal.rotation
     assert np.max(np.abs(exact)) > 1e-10
     np.testing.assert_allclose(tangent.rotation(grid, fit), exact, atol=0.02 * np.max(np.abs(exact)))
+
+
+@pytest.fixture(scope="module")
+def discs(rv40e):
+    return bodies(rv40e)
+
+
+@pytest.mark.parametrize("play", [0.004, -0.002])
+@pytest.mark.parametrize("table", SMALL[:3], ids=lambda table: table["name"])
+def test_tangent_with_elastic_discs(rv40e, discs, play, table):
+    case = case_of(rv40e, play, disc_bodies=discs, law=LAWS["weber-banaschek"])
+    solver = StageEquilibrium(tolerance=1e-13)
+    nominal = solver.at(case, CRANK)
+    assert nominal.max_residual < 1e-9
+    drawn, changed = build(case, []), build(case, [effect(table)])
+    change, tangent = ReducerChange(drawn, changed), StageTangent(nominal)
+    misfit, looser = change.misfit(tangent.crank_angle), change.bearing_deflection_change(tangent.point.bearing_force)
+    fit = (0.0 if misfit is None else misfit) - (0.0 if looser is None else looser)
+    exact = replace(solver, deviations=changed.deviations).at(changed.case, CRANK).rotation - nominal.rotation
+    np.testing.assert_allclose(tangent.rotation(0.0, fit), exact, atol=0.02 * np.max(np.abs(exact)))
 
 
 def test_effects_act_on_rollers(rv40e):
