@@ -82,13 +82,6 @@ class Strength(Described):
     modified_life_h: float
     pressure_limit: float | None
 
-    @property
-    def bearing_stiffness(self) -> BearingStiffness:
-        """Stiffness of the crank bearings under the largest of their forces."""
-        assert self.under_load.stage is not None
-        force = float(np.nanmax(np.abs(self.under_load.stage.bearing_force)))
-        return bearing_stiffness(self.under_load.case.drive.support, force)
-
     def figures(self) -> dict[str, Any]:
         """Key figures by JSON key; None where there is no data."""
         rollers = None if self.crank_rollers is None else self.crank_rollers.rollers
@@ -106,7 +99,6 @@ class Strength(Described):
                 "pitch_diameter_mm": rollers.pitch_diameter,
                 "assumed": list(self.crank_rollers.assumed) if self.crank_rollers else [],
             },
-            **self.bearing_stiffness.figures(),
             "dynamic_load_rating_n": None if life is None else life.load_rating,
             "dynamic_load_rating_estimated": self.rating_estimated,
             "equivalent_load_n": None if life is None else finite(float(np.max(life.equivalent_load))),
@@ -122,7 +114,6 @@ class Strength(Described):
         return {
             "shear of a pin": figure_text(self.pin.shear, "MPa"),
             "bending of a pin": figure_text(self.pin.bending, "MPa"),
-            "stiffness of a crank bearing": figure_text(self.bearing_stiffness.tangent, "N/mm"),
             "dynamic load rating": figure_text(None if life is None else life.load_rating, "N"),
             "life of a crank bearing": figure_text(None if life is None else life.least_life_h, "h"),
             "life of all crank bearings": figure_text(None if life is None else life.life_of_all_h, "h"),

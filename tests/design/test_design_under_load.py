@@ -290,7 +290,7 @@ def test_rollers_report_their_stiffness():
         designed(cranks=f"[drive.crank_bearing]\nroller_count = 14\n{more}\n[disc]\ncrank_hole_radius_mm = 13.0")
         for more in ("", "radial_clearance_um = 5.0")
     )
-    told, held = (summary(one)["strength"] for one in (spring, rollers))
+    told, held = (summary(one)["under_load"] for one in (spring, rollers))
     assert (told["crank_bearing_model"], held["crank_bearing_model"]) == ("spring", "rollers")
     assert told["crank_bearing_stiffness_n_per_mm"] == 4e5
     assert told["roller_passage_variation"] is None

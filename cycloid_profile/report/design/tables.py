@@ -26,6 +26,8 @@ STAGE = (
     FigureRow("fewest_loaded_pins", "fewest loaded pins of a disc"),
     FigureRow("twist_arcmin", "twist beyond first contact", "′", report_only=True),
     FigureRow("max_bearing_force_n", "largest crank bearing force", "N"),
+    FigureRow("crank_bearing_clearance_um", "radial clearance of a crank bearing", "µm"),
+    FigureRow("crank_bearing_stiffness_n_per_mm", "radial stiffness of a crank bearing at it", "N/mm"),
     FigureRow("torsional_stiffness_nm_per_arcmin", "tangent torsional stiffness", "N·m/′"),
     FigureRow("max_sliding_speed_mm_per_s", "fastest sliding of a loaded pin", "mm/s"),
 )
@@ -42,8 +44,6 @@ STRENGTH = (
     FigureRow("pin_force_n", "largest force on a pin, all discs", "N"),
     FigureRow("pin_shear_mpa", "shear of that pin, at most", "MPa"),
     FigureRow("pin_bending_mpa", "bending of that pin", "MPa"),
-    FigureRow("crank_bearing_clearance_um", "radial clearance of a crank bearing", "µm"),
-    FigureRow("crank_bearing_stiffness_n_per_mm", "radial stiffness of a crank bearing, largest force", "N/mm"),
     FigureRow("dynamic_load_rating_n", "dynamic load rating of a crank bearing", "N"),
     FigureRow("equivalent_load_n", "equivalent load of a crank bearing", "N"),
     FigureRow("crank_speed_rpm", "crank against disc", "rpm"),
