@@ -17,7 +17,7 @@ from cycloid_profile.contact import SolveStatus
 from cycloid_profile.units import ARCMIN, ARCSEC, NEWTON_METRE, UM
 from tests.script_modules import ROOT, example
 
-EXAMPLES = ("quickstart", "article_rv40e", "compare_modifications", "own_contact_law", "elastic_disc")
+EXAMPLES = ("quickstart", "article_rv40e", "compare_modifications", "own_contact_law", "elastic_disc", "crank_bearing")
 K1 = 0.8125
 S = math.sqrt(1.0 - K1**2)
 LONGEST_LEVER = 1.3 * 39
@@ -115,6 +115,16 @@ def test_page_quotes_the_table(page, name):
     begin, end = (f"<!-- {edge} output of examples/{name}.py -->" for edge in ("begin", "end"))
     quoted = text.split(begin)[1].split(end)[0].strip().removeprefix("```text\n").removesuffix("\n```")
     assert quoted == example(name).table()
+
+
+def test_bearings_of_the_example():
+    bearing = example("crank_bearing")
+    lost = [bearing.accuracies[name].lost_motion for name in list(bearing.BEARINGS)[1:]]
+    # From preload to class CN, each looser; two loose bearings lose nearly twice the play on the circle of the cranks.
+    assert np.all(np.diff(lost) > 0.0)
+    assert lost[-1] - lost[-2] == pytest.approx(2.0 * 10.0 * UM / 36.0, rel=0.05)
+    assert bearing.bearings["spring"].tangent == 4e5
+    assert bearing.bearings["preload 5 µm"].tangent > bearing.bearings["clearance 0"].tangent
 
 
 def test_own_law_holds_at_every_loaded_pin():

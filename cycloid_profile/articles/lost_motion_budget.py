@@ -235,8 +235,10 @@ def budget_of_bands(setup: DifferenceSetup, errors: PartErrors, bands: dict[str,
         involute = BudgetPart(drive.reduction_ratio * output * play, drive.reduction_ratio * width)
     if isinstance(drive.support, Cranks):
         # In proportion: one slope for the play of the drawing and for its tolerance.
-        per_radial_play = bearing_play(setup).mean * 2.0 if drive.support.bearing_play else 0.0
-        bearing = BudgetPart(per_radial_play * drive.support.bearing_play, tolerance("bearing_um"))
+        # Preloaded bearings, of a negative play, have none.
+        play = max(drive.support.bearing_play, 0.0)
+        per_radial_play = bearing_play(setup).mean * 2.0 if play else 0.0
+        bearing = BudgetPart(per_radial_play * play, tolerance("bearing_um"))
     cycloid = BudgetPart(float(np.mean(setup.nominal_backlash[0])), tolerance("pin_um", "disc_um"))
     return Budget(involute, cycloid, bearing, drive.reduction_ratio)
 

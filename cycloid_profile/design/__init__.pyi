@@ -5,6 +5,8 @@ from .checks import CheckStatus as CheckStatus
 from .checks import load_checks as load_checks
 from .checks import shape_checks as shape_checks
 from .checks import strength_checks as strength_checks
+from .crank_rollers import CrankRollers as CrankRollers
+from .crank_rollers import bearing_radius as bearing_radius
 from .drive_accuracy import ACCURACY as ACCURACY
 from .drive_accuracy import AS_BUILT as AS_BUILT
 from .drive_accuracy import LOAD_SHARES as LOAD_SHARES
@@ -13,7 +15,6 @@ from .drive_accuracy import AsBuiltAccuracy as AsBuiltAccuracy
 from .drive_accuracy import accuracy as accuracy
 from .drive_accuracy import accuracy_as_built as accuracy_as_built
 from .from_spec import as_built_reducer as as_built_reducer
-from .from_spec import bearing_radius as bearing_radius
 from .from_spec import conventional_profile as conventional_profile
 from .from_spec import disc_outline as disc_outline
 from .from_spec import drive_of as drive_of
@@ -22,8 +23,9 @@ from .from_spec import output_speed as output_speed
 from .key_figures import summary as summary
 from .record import DesignRecord as DesignRecord
 from .record import design_disc as design_disc
-from .strength import CrankRollers as CrankRollers
+from .strength import BearingStiffness as BearingStiffness
 from .strength import Strength as Strength
+from .strength import bearing_stiffness as bearing_stiffness
 from .strength import strength_under_load as strength_under_load
 from .tolerance_analysis import LEAST_BACKLASH as LEAST_BACKLASH
 from .tolerance_analysis import PERCENTS as PERCENTS

@@ -14,10 +14,10 @@ from cycloid_profile.contact.bodies import DiscCompliance, disc_compliance, read
 from cycloid_profile.contact.disc import Classical, Equilibrium
 from cycloid_profile.contact.laws import LAWS, Material
 from cycloid_profile.contact.stage import StageEquilibrium
+from cycloid_profile.design.crank_rollers import carried_by_rollers, on_rollers
 from cycloid_profile.effects import AsBuiltReducer, Effect, apply_effects, effect_from_table
 from cycloid_profile.errors import CompensationError, GeometryError, LoadError, SolveError, SpecError
 from cycloid_profile.geometry import (
-    Arc,
     CentralEccentric,
     Contour,
     Cranks,
@@ -64,7 +64,15 @@ _LARGEST_DELTA_UM = 1000.0  # a millimetre is a mistyped unit, not a deformation
 
 
 def drive_of(spec: Spec) -> Drive:
-    """The nominal drive. Raises ``GeometryError`` with the key's name where it cannot exist."""
+    """The nominal drive.
+
+    Raises
+    ------
+    GeometryError
+        With the key's name where it cannot exist.
+    LoadError, SpecError
+        With the key's name where its crank bearings cannot exist.
+    """
     d = spec.drive
     holder = d.eccentric if d.cranks is None else d.cranks
     bearing = (holder.bearing_stiffness_n_per_mm, holder.bearing_play_um * UM)
@@ -74,7 +82,7 @@ def drive_of(spec: Spec) -> Drive:
     stage = d.first_stage
     first_stage = None if stage is None else InvoluteStage(stage.sun_teeth, stage.planet_teeth, stage.module_mm)
     with _key_names():
-        return Drive(
+        drive = Drive(
             trochoid=Trochoid(d.pins, d.pin_circle_radius_mm, d.eccentricity_mm),
             pin_radius=d.pin_radius_mm,
             disc_width=d.disc_width_mm,
@@ -82,6 +90,10 @@ def drive_of(spec: Spec) -> Drive:
             support=support,
             first_stage=first_stage,
         )
+    if not carried_by_rollers(spec):
+        return drive
+    outline = disc_outline(spec, drive, drive.theoretical_profile)
+    return replace(drive, support=on_rollers(spec, support, outline, _material(spec.materials.disc)))
 
 
 def conventional_profile(spec: Spec, drive: Drive) -> ToothProfile:
@@ -270,15 +282,6 @@ def _output_openings(disc: DiscSpec) -> tuple[Contour, ...]:
         span = windows.span_deg * DEGREE
         found += ring_of_windows("window", windows.count, radii, span, windows.corner_radius_mm, first_at * DEGREE)
     return found
-
-
-def bearing_radius(outline: DiscOutline) -> float:
-    """Seat radius of a crank bearing: that of a crank hole, or of the bore of a central eccentric [mm]."""
-    held = [hole.radius for hole in outline.holes if hole.name.startswith("crank hole")]
-    for contour in outline.contours:
-        if contour.name == "bore":
-            held += [arc.radius for arc in contour.segments if isinstance(arc, Arc) and arc.centre == 0j]
-    return held[0] if held else 0.0
 
 
 def thinnest_wall(outline: DiscOutline) -> tuple[float, str]:

@@ -11,6 +11,7 @@ from cycloid_profile.contact import LoadSharing, LossRange, first_order_backlash
 from cycloid_profile.design.checks import strength_checks
 from cycloid_profile.design.from_spec import output_speed
 from cycloid_profile.design.record import DesignRecord
+from cycloid_profile.design.strength import bearing_stiffness
 from cycloid_profile.geometry import least_radii, modification_sizes, undercut_limit
 from cycloid_profile.modification import pair_ratios, rotation_to_backlash
 from cycloid_profile.units import ARCMIN, NEWTON_METRE, UM
@@ -131,6 +132,7 @@ def _under_load(record: DesignRecord) -> dict[str, Any]:
     contact = record.case.line_contact(loaded.curvature)
     slide = sliding_speed(drive, loaded.phase, output_speed(record.spec))
     stiffness = loaded.torsional_stiffness * ARCMIN / NEWTON_METRE
+    most = float(np.max(np.abs(loaded.stage.bearing_force)))
     return {
         "max_force_n": loaded.max_force,
         "max_pressure_mpa": loaded.max_pressure,
@@ -140,7 +142,8 @@ def _under_load(record: DesignRecord) -> dict[str, Any]:
         "fewest_loaded_pins": loaded.fewest_loaded_pins,
         "twist_arcmin": float(np.mean(np.abs(loaded.twist))) / ARCMIN,
         "torsional_stiffness_nm_per_arcmin": float(np.mean(stiffness)),
-        "max_bearing_force_n": float(np.max(np.abs(loaded.stage.bearing_force))),
+        "max_bearing_force_n": most,
+        **bearing_stiffness(loaded.case.drive.support, most).figures(),
         "output_speed_rpm": record.spec.load.output_speed_rpm,
         "max_sliding_speed_mm_per_s": float(np.max(np.where(loaded.loaded, slide, 0.0))),
         "mesh_loss_w": record.losses.mesh,

@@ -76,8 +76,7 @@ class CrankBearingCompliance(Effect):
     added_um_per_kn: float = size_field("added radial compliance of each bearing [µm/kN]", 1.0, 0.0, 1000.0)
 
     def apply(self, reducer: AsBuiltReducer) -> AsBuiltReducer:
-        compliance = 1.0 / reducer.case.drive.support.bearing_stiffness + self.added_um_per_kn * UM / 1e3
-        return reducer.with_bearings(stiffness=1.0 / compliance)
+        return reducer.with_bearings(softer=self.added_um_per_kn * UM / 1e3)
 
 
 @dataclass(frozen=True)

@@ -93,7 +93,7 @@ class CrankBearingClearance(Effect):
     radial_um: float = size_field("radial play, half the diametral clearance [µm]", 2.0, 0.0, 200.0)
 
     def apply(self, reducer: AsBuiltReducer) -> AsBuiltReducer:
-        return reducer.with_bearings(play=reducer.case.drive.support.bearing_play + self.radial_um * UM)
+        return reducer.with_bearings(looser=self.radial_um * UM)
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import numpy as np
 from cycloid_profile._display import Described
 from cycloid_profile.arrays import ComplexArray, FloatArray
 from cycloid_profile.contact import LoadCase
-from cycloid_profile.contact.bodies import PartDeviations
+from cycloid_profile.contact.bodies import PartDeviations, softened_support
 from cycloid_profile.effects.series import SeriesTwist, transmitted_torque
 from cycloid_profile.geometry import Cranks, Drive, ToothProfile
 from cycloid_profile.units import ARCMIN, NEWTON_METRE
@@ -95,14 +95,13 @@ class AsBuiltReducer(Described):
         """The same with another tooth on one disc, counted from 0."""
         return replace(self, teeth=(*self.teeth[:disc], tooth, *self.teeth[disc + 1 :]))
 
-    def with_bearings(self, stiffness: float | None = None, play: float | None = None) -> AsBuiltReducer:
-        """The same with another radial ``stiffness`` [N/mm] or ``play`` [mm] of the crank bearings."""
+    def with_bearings(self, softer: float = 0.0, looser: float = 0.0) -> AsBuiltReducer:
+        """The same with crank bearings ``softer`` by a radial compliance in series [mm/N] and ``looser`` by a radial
+        play [mm].
+        """
         drive = self.case.drive
-        support = replace(
-            drive.support,
-            bearing_stiffness=drive.support.bearing_stiffness if stiffness is None else stiffness,
-            bearing_play=drive.support.bearing_play if play is None else play,
-        )
+        held = softened_support(drive.support, softer) if softer else drive.support
+        support = replace(held, bearing_play=held.bearing_play + looser)
         return replace(self, case=replace(self.case, drive=replace(drive, support=support)))
 
     def _key_figures(self) -> dict[str, str]:

@@ -17,6 +17,7 @@ from cycloid_profile.errors import CycloidError, SpecError
 from cycloid_profile.report.design import warnings
 from cycloid_profile.spec import parse_spec
 from cycloid_profile.spec.model.load import LoadSpec
+from cycloid_profile.units import UM
 from tests.spec_texts import CRANKS, DRIVE
 
 DESIGN = f"""{DRIVE}{CRANKS}{{cranks}}
@@ -292,3 +293,20 @@ def test_figures_under_load_are_those_of_the_stage():
     assert 0.8 < figures["efficiency"] < 1.0
     assert figures["residual"] < 1e-9
     assert msgspec.json.encode(figures)
+
+
+def test_rollers_report_their_stiffness():
+    # Stiffer than the spring under load, and looser by their clearance at rest.
+    spring, rollers = (
+        designed(cranks=f"[drive.crank_bearing]\nroller_count = 14\n{more}\n[disc]\ncrank_hole_radius_mm = 13.0")
+        for more in ("", "radial_clearance_um = 5.0")
+    )
+    told, held = (summary(one)["under_load"] for one in (spring, rollers))
+    assert (told["crank_bearing_model"], held["crank_bearing_model"]) == ("spring", "rollers")
+    assert told["crank_bearing_stiffness_n_per_mm"] == 4e5
+    assert told["roller_passage_variation"] is None
+    assert held["crank_bearing_clearance_um"] == pytest.approx(5.0)
+    assert 4e5 < held["crank_bearing_stiffness_n_per_mm"] < 7e5
+    assert 0.0 < held["roller_passage_variation"] < 0.02
+    lost = [one.conventional_accuracy.lost_motion for one in (spring, rollers)]
+    assert lost[1] - lost[0] > 2.0 * 2.5 * UM / 36.0

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cycloid_profile.contact import LoadCase
+from cycloid_profile.contact import LoadCase, RollerBearing
 from cycloid_profile.contact.laws import Palmgren
 from cycloid_profile.contact.mesh import output_turn
 from cycloid_profile.contact.stage import StageEquilibrium
@@ -113,6 +113,21 @@ def test_answers_are_those_of_the_exact_equilibrium(small, scattered, made_with,
     # Far more than that is there to be got right: play, compliance and encoder included.
     without, _ = stage.answers(np.zeros_like(x))
     assert np.min(np.abs(wanted - without[0])) > 5.0 * ARCSEC
+
+
+@pytest.mark.parametrize("play", [0.004, -0.004])
+def test_clearance_of_rollers_scatters(small, scattered, made_with, play):
+    drive = small.case.drive
+    support = replace(drive.support, bearing_play=play, rollers=RollerBearing(10, 1e5))
+    held = as_drawn(replace(small.case, drive=replace(drive, support=support)))
+    tolerances = scattered(*PARTS[2:4], READ[0], reducer=held)
+    stage = of(held, tolerances)
+    x = Draws(tolerances, 1).coordinates(0, 1, 0)
+    assert np.max(np.abs(stage.errors(x)[2] - play)) > 1e-3
+    wanted, pressed = exact(made_with(held, tolerances, x[0]), stage)
+    rotation, pressure = stage.answers(x)
+    np.testing.assert_allclose(rotation[0], wanted, rtol=0.0, atol=0.1 * ARCSEC)
+    np.testing.assert_allclose(pressure[0], pressed, rtol=2e-3)
 
 
 # Beside a root the path of a pin's centre bends by 0.07 mm: there a contact moves by as much as its errors, and its

@@ -12,3 +12,12 @@ from cycloid_profile.contact.bodies.elastic_disc import disc_compliance as disc_
 from cycloid_profile.contact.bodies.elastic_disc import places_on_discs as places_on_discs
 from cycloid_profile.contact.bodies.elastic_disc import read_disc_compliance as read_disc_compliance
 from cycloid_profile.contact.bodies.elastic_disc import stage_compliance as stage_compliance
+from cycloid_profile.contact.bodies.radial_bearing import CLEARANCE_CLASSES as CLEARANCE_CLASSES
+from cycloid_profile.contact.bodies.radial_bearing import BearingLaw as BearingLaw
+from cycloid_profile.contact.bodies.radial_bearing import BearingResponse as BearingResponse
+from cycloid_profile.contact.bodies.radial_bearing import LinearBearing as LinearBearing
+from cycloid_profile.contact.bodies.radial_bearing import RollerBearing as RollerBearing
+from cycloid_profile.contact.bodies.radial_bearing import bearing_law as bearing_law
+from cycloid_profile.contact.bodies.radial_bearing import clearance_range as clearance_range
+from cycloid_profile.contact.bodies.radial_bearing import roller_constant as roller_constant
+from cycloid_profile.contact.bodies.radial_bearing import softened_support as softened_support

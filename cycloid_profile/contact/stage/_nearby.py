@@ -72,7 +72,7 @@ def settled_near(
             _removals(teeth, meshing, about), about,
             compiled_law(case.law, contact),
             support.disc_unknowns, np.ascontiguousarray(support.spring_stretch),
-            np.ascontiguousarray(support.misfit), float(support.stiffness), float(support.play), np.array(torque),
+            np.ascontiguousarray(support.misfit), support.bearing.compiled(), float(support.play), np.array(torque),
             support.arm, np.ascontiguousarray(support.rigid_motion),
             LEAST_REACH * case.profile.trochoid.longest_lever, overclosure, tolerance,
             np.array([REFRESHES, WHOLE_STEPS]), *compiled_discs(case.disc_bodies),

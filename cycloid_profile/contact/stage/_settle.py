@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit, prange
 
 from cycloid_profile.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from cycloid_profile.contact.bodies._bearing_kernels import CompiledBearing
 from cycloid_profile.contact.bodies._kernels import fill_compliance
 from cycloid_profile.contact.laws._kernels import contact_constant
 from cycloid_profile.contact.laws.compiled import CompiledLaw
@@ -42,7 +43,7 @@ def settle(  # pragma: no cover - compiled, out of the sight of the coverage too
     own: IntArray,
     spring_stretch: FloatArray,
     misfit: FloatArray,
-    bearing_stiffness: float,
+    bearing: CompiledBearing,
     play: float,
     torque: FloatArray,
     arm: FloatArray,
@@ -107,8 +108,8 @@ def settle(  # pragma: no cover - compiled, out of the sight of the coverage too
                     stretch[s, i] = misfit[p, s, i]
                     for a in range(unknowns):
                         stretch[s, i] += spring_stretch[p, s, i, a] * u[p, a]
-            problem = PoseProblem(law, constant, gap[p], frame[p], own, spring_stretch[p], stretch, bearing_stiffness,
-                                  play, torque[p], u[p, 0], arm, compliance)  # fmt: skip
+            problem = PoseProblem(law, constant, gap[p], frame[p], own, spring_stretch[p], stretch, bearing, play,
+                                  torque[p], u[p, 0], arm, compliance)  # fmt: skip
             if elastic:
                 times(compliance, load[p], receded)
             energy_at(problem, still, receded, work.motions[2], work)

@@ -35,6 +35,8 @@ STAGE = (
     FigureRow("fewest_loaded_pins", "fewest loaded pins of a disc"),
     FigureRow("twist_arcmin", "twist beyond first contact", "′", report_only=True),
     FigureRow("max_bearing_force_n", "largest crank bearing force", "N"),
+    FigureRow("crank_bearing_clearance_um", "radial clearance of a crank bearing", "µm"),
+    FigureRow("crank_bearing_stiffness_n_per_mm", "radial stiffness of a crank bearing at it", "N/mm"),
     FigureRow("torsional_stiffness_nm_per_arcmin", "tangent torsional stiffness", "N·m/′"),
     FigureRow("max_sliding_speed_mm_per_s", "fastest sliding of a loaded pin", "mm/s"),
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from msgspec import Meta
 
@@ -47,7 +47,49 @@ class FirstStageSpec(Table, frozen=True):
 
 
 class CrankBearingSpec(Table, frozen=True):
-    """Rollers between each crank, or the central eccentric, and a disc: rating life, losses. Estimated where absent."""
+    """Rollers between crank, or central eccentric, and disc: stiffness, life, losses. Estimated where absent."""
+
+    model: (
+        Annotated[
+            Literal["spring", "rollers"],
+            Meta(
+                description="Radial law of the bearing in the stage: a spring of `bearing_stiffness_n_per_mm`, or "
+                "rollers in its place; absent: rollers where a clearance or preload is given."
+            ),
+        ]
+        | None
+    ) = None
+    clearance_class: (
+        Annotated[
+            Literal["C2", "CN", "C3"],
+            Meta(description="Radial clearance by ISO 5753-1 for the diameter of the crank, middle of its range."),
+        ]
+        | None
+    ) = None
+    radial_clearance_um: (
+        Annotated[
+            float,
+            key(
+                "Radial clearance as ISO 5753-1 measures it, twice the play [µm]; with rollers absent: 0, assumed.",
+                "give the clearance in µm, or preload_um",
+                ge=0,
+                le=2000,
+            ),
+        ]
+        | None
+    ) = None
+    preload_um: (
+        Annotated[
+            float,
+            key(
+                "Negative radial clearance: rollers thicker than their gap, twice the radial amount [µm].",
+                "give the preload in µm",
+                ge=0,
+                le=200,
+            ),
+        ]
+        | None
+    ) = None
 
     dynamic_load_rating_n: (
         Annotated[

@@ -114,7 +114,7 @@ def _balanced(  # pragma: no cover - compiled, out of the sight of the coverage 
             step[:], forces[:] = start[i, p], load[p]
             problem = PoseProblem(
                 drawn.law, drawn.constant[p], gap[i, p], drawn.frame[p], drawn.own, drawn.spring_stretch[p],
-                stretch[i, p], drawn.bearing_stiffness, play[i], drawn.torque[p], drawn.rotation[p], drawn.arm,
+                stretch[i, p], drawn.bearing, play[i], drawn.torque[p], drawn.rotation[p], drawn.arm,
                 drawn.compliance[p],
             )  # fmt: skip
             off = least_energy(problem, tolerance, step, forces, work)

@@ -76,7 +76,7 @@ class LoadedStage:
         return (
             self.energy.gap + (self.gap_by_unit @ columns).T.reshape(len(x), *self.energy.gap.shape),
             self.energy.stretch + (self.stretch_by_unit @ columns).T.reshape(len(x), *self.energy.stretch.shape),
-            np.maximum(self.energy.play + _weighted(x, self.play_by_unit), 0.0),
+            np.maximum(self.energy.play + _weighted(x, self.play_by_unit), self.energy.bearing.least_play),
         )
 
     def start(self, gap: FloatArray) -> FloatArray:
