@@ -21,7 +21,7 @@ from cycloid_profile.contact.bodies import LinearBearing, RollerBearing, bearing
 from cycloid_profile.contact.laws import LAWS, STEEL, LineContact, Material
 from cycloid_profile.contact.stage import StageEquilibrium, StageTangent, energy_about, minimise
 from cycloid_profile.design import bearing_stiffness, drive_of
-from cycloid_profile.effects import ReducerChange, build, effect
+from cycloid_profile.effects import ReducerChange, apply_effects, effect_from_table
 from cycloid_profile.errors import LoadError, SpecError
 from cycloid_profile.modification import Equidistant, modify
 from cycloid_profile.spec import Spec, validated
@@ -282,7 +282,7 @@ def test_tangent_against_a_new_solve(rv40e, play, table):
     case = case_of(rv40e, play)
     solver = StageEquilibrium(tolerance=1e-13)
     nominal = solver.at(case, CRANK)
-    drawn, changed = build(case, []), build(case, [effect(table)])
+    drawn, changed = apply_effects(case, []), apply_effects(case, [effect_from_table(table)])
     change, tangent = ReducerChange(drawn, changed), StageTangent(nominal)
     misfit, looser = change.misfit(tangent.crank_angle), change.bearing_deflection_change(tangent.point.bearing_force)
     fit = (0.0 if misfit is None else misfit) - (0.0 if looser is None else looser)
@@ -306,7 +306,7 @@ def test_tangent_with_elastic_discs(rv40e, discs, play, table):
     solver = StageEquilibrium(tolerance=1e-13)
     nominal = solver.at(case, CRANK)
     assert nominal.max_residual < 1e-9
-    drawn, changed = build(case, []), build(case, [effect(table)])
+    drawn, changed = apply_effects(case, []), apply_effects(case, [effect_from_table(table)])
     change, tangent = ReducerChange(drawn, changed), StageTangent(nominal)
     misfit, looser = change.misfit(tangent.crank_angle), change.bearing_deflection_change(tangent.point.bearing_force)
     fit = (0.0 if misfit is None else misfit) - (0.0 if looser is None else looser)
@@ -316,9 +316,9 @@ def test_tangent_with_elastic_discs(rv40e, discs, play, table):
 
 def test_effects_act_on_rollers(rv40e):
     case = case_of(rv40e, -0.002)
-    looser = build(case, [effect({"name": "crank_bearing_clearance", "radial_um": 3.0})]).case.drive.support
+    looser = apply_effects(case, [effect_from_table({"name": "crank_bearing_clearance", "radial_um": 3.0})]).case.drive.support
     assert looser.bearing_play == pytest.approx(0.001, abs=1e-15)
-    softer = build(case, [effect({"name": "crank_bearing_compliance", "added_um_per_kn": 1.0})]).case.drive.support
+    softer = apply_effects(case, [effect_from_table({"name": "crank_bearing_compliance", "added_um_per_kn": 1.0})]).case.drive.support
     assert softer.rollers.compliance == pytest.approx(1e-6)
     assert bearing_law(rv40e.support) == LinearBearing(4e5)
     # A force of 1 kN deflects the bearing by 1 µm more.
