@@ -11,6 +11,10 @@ from cycloid_profile.contact.bearing_life import reference_viscosity as referenc
 from cycloid_profile.contact.bodies import NO_DEVIATIONS as NO_DEVIATIONS
 from cycloid_profile.contact.bodies import DiscCompliance as DiscCompliance
 from cycloid_profile.contact.bodies import PartDeviations as PartDeviations
+from cycloid_profile.contact.bodies import Pillars as Pillars
+from cycloid_profile.contact.bodies import PinSeats as PinSeats
+from cycloid_profile.contact.bodies import RingBody as RingBody
+from cycloid_profile.contact.bodies import Supports as Supports
 from cycloid_profile.contact.bodies import disc_compliance as disc_compliance
 from cycloid_profile.contact.bodies import read_disc_compliance as read_disc_compliance
 from cycloid_profile.contact.case import LoadCase as LoadCase
