@@ -25,6 +25,7 @@ from cycloid_profile.design.record import design_disc as design_disc
 from cycloid_profile.design.strength import CrankRollers as CrankRollers
 from cycloid_profile.design.strength import Strength as Strength
 from cycloid_profile.design.strength import strength_under_load as strength_under_load
+from cycloid_profile.design.supports_of_spec import supports_of as supports_of
 from cycloid_profile.design.tolerance_analysis import LEAST_BACKLASH as LEAST_BACKLASH
 from cycloid_profile.design.tolerance_analysis import PERCENTS as PERCENTS
 from cycloid_profile.design.tolerance_analysis import TighteningAdvice as TighteningAdvice

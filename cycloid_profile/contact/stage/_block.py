@@ -70,7 +70,7 @@ class StageBlock:
         everywhere, history = np.arange(len(begin)), list[tuple[float, float]]()
         rests = settled_near(
             self.case, self.deviations, self.meshing, self.support, self.torque, self._tolerance(everywhere),
-            self._overclosure(), begin, foot, self.compliance, self.load,
+            self._overclosure(), self.compliance, begin, foot, self.load,
         )  # fmt: skip
         u, seen, settled = rests
         if check:

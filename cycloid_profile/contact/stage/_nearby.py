@@ -35,9 +35,9 @@ def settled_near(
     torque: FloatArray,
     tolerance: FloatArray,
     overclosure: FloatArray,
+    compliance: FloatArray,
     begin: FloatArray,
     foot: FloatArray | None,
-    compliance: FloatArray,
     load: FloatArray,
 ) -> tuple[FloatArray, Gaps, BoolArray]:
     """Unknowns at equilibrium, shape (poses, unknowns), the gaps there, and the poses that this holds for, found from
