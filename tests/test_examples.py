@@ -23,7 +23,7 @@ S = math.sqrt(1.0 - K1**2)
 LONGEST_LEVER = 1.3 * 39
 
 
-@pytest.mark.parametrize("name", EXAMPLES)
+@pytest.mark.parametrize("name", [*EXAMPLES, pytest.param("elastic_supports", marks=pytest.mark.slow)])
 def test_example_draws_its_picture(name, tmp_path):
     from PIL import Image
 
@@ -106,7 +106,12 @@ def test_article_square_root():
     assert article.phase[np.argmax(article.delta_corrected)] == pytest.approx(math.acos(K1), abs=2e-3)
 
 
-PAGES = [("articles", "article_rv40e"), ("own-law", "own_contact_law"), ("elastic-disc", "elastic_disc")]
+PAGES = [
+    ("articles", "article_rv40e"),
+    ("own-law", "own_contact_law"),
+    ("elastic-disc", "elastic_disc"),
+    pytest.param("supports", "elastic_supports", marks=pytest.mark.slow),
+]
 
 
 @pytest.mark.parametrize(("page", "name"), PAGES)
@@ -140,6 +145,13 @@ def test_page_of_the_own_law_runs(capsys):
     exec(compile(code, "docs/own-law.md", "exec"), {})
     forces = [f"{load.max_force:.0f} N" for load in example("own_contact_law").loads.values()]
     assert re.findall(r"\d+ N", capsys.readouterr().out) == forces
+
+
+def test_page_of_the_supports_runs():
+    (code,) = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "supports.md").read_text(encoding="utf-8"), re.DOTALL)
+    names: dict = {}
+    exec(compile(code, "docs/supports.md", "exec"), names)
+    assert list(names["loaded"].receded_supports) == ["pin seats", "ring"]
 
 
 def test_a_disc_from_a_file_is_that_of_the_mesh(tmp_path):

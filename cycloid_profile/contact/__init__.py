@@ -12,7 +12,11 @@ from cycloid_profile.contact.bodies import NO_DEVIATIONS as NO_DEVIATIONS
 from cycloid_profile.contact.bodies import DiscCompliance as DiscCompliance
 from cycloid_profile.contact.bodies import LinearBearing as LinearBearing
 from cycloid_profile.contact.bodies import PartDeviations as PartDeviations
+from cycloid_profile.contact.bodies import Pillars as Pillars
+from cycloid_profile.contact.bodies import PinSeats as PinSeats
+from cycloid_profile.contact.bodies import RingBody as RingBody
 from cycloid_profile.contact.bodies import RollerBearing as RollerBearing
+from cycloid_profile.contact.bodies import Supports as Supports
 from cycloid_profile.contact.bodies import clearance_range as clearance_range
 from cycloid_profile.contact.bodies import disc_compliance as disc_compliance
 from cycloid_profile.contact.bodies import read_disc_compliance as read_disc_compliance

@@ -27,6 +27,7 @@ from .strength import BearingStiffness as BearingStiffness
 from .strength import Strength as Strength
 from .strength import bearing_stiffness as bearing_stiffness
 from .strength import strength_under_load as strength_under_load
+from .supports_of_spec import supports_of as supports_of
 from .tolerance_analysis import LEAST_BACKLASH as LEAST_BACKLASH
 from .tolerance_analysis import PERCENTS as PERCENTS
 from .tolerance_analysis import TighteningAdvice as TighteningAdvice

@@ -15,6 +15,7 @@ from cycloid_profile.contact.disc import Classical, Equilibrium
 from cycloid_profile.contact.laws import LAWS, Material
 from cycloid_profile.contact.stage import StageEquilibrium
 from cycloid_profile.design.crank_rollers import carried_by_rollers, on_rollers
+from cycloid_profile.design.supports_of_spec import supports_of
 from cycloid_profile.effects import AsBuiltReducer, Effect, apply_effects, effect_from_table
 from cycloid_profile.errors import CompensationError, GeometryError, LoadError, SolveError, SpecError
 from cycloid_profile.geometry import (
@@ -49,6 +50,11 @@ _KEYS = {
     "windows.corner_radius": "disc.windows.corner_radius_mm",
     "keyway.width": "disc.keyway.width_mm",
     "keyway.corner_radius": "disc.keyway.corner_radius_mm",
+    "pin seat: length": "drive.pin_seat.length_mm",
+    "pin seat: span": "drive.pin_seat.span_mm",
+    "ring: outer_radius": "drive.ring.outer_radius_mm",
+    "ring: waves": "drive.ring.waves",
+    "pillars": "drive.pillars",
 }
 
 _SOLVERS: dict[str, LoadSharingSolver] = {
@@ -126,6 +132,7 @@ def load_case(spec: Spec, drive: Drive, profile: ToothProfile) -> LoadCase:
             # Load share of one disc in the classical scheme.
             disc_share=min(1.0, 1.1 / spec.drive.discs) if spec.load.disc_share is None else spec.load.disc_share,
             disc_bodies=disc_bodies(spec, drive),
+            supports=supports_of(spec, drive, rated_torque(spec)),
         )
 
 

@@ -70,6 +70,7 @@ def summary(record: DesignRecord) -> dict[str, Any]:
         "effects": [effect["name"] for effect in spec.effects],
         "as_built": None if record.as_built is None else record.as_built.figures(),
         "failures": list(record.failures),
+        **({"supports": _supports(record.under_load)} if record.case.supports else {}),
     }
 
 
@@ -103,6 +104,25 @@ def _sharing(sharing: LoadSharing) -> dict[str, Any]:
         "iterations": sharing.iterations,
         "residual": finite(sharing.max_residual),
         "status": sharing.status.value,
+    }
+
+
+def _supports(loaded: LoadSharing) -> dict[str, Any]:
+    """Elastic supports under rated torque, apart from contact and discs: stiffness, recession, shares of the turn."""
+    supports = loaded.case.supports
+    seats, ring, pillars = supports.seats, supports.ring, supports.pillars
+    stiffness = None if pillars is None else 1.0 / pillars.compliance if pillars.compliance else None
+    return {
+        "elastic": list(supports.names),
+        "seat_half_width_mm": None if seats is None or not seats.contact else seats.half_width,
+        "pin_um_per_kn": None if seats is None else float(np.max(seats.compliance())) * 1e3 / UM,
+        "ring_outer_radius_mm": None if ring is None else ring.outer_radius,
+        "ring_um_per_kn_by_waves": None
+        if ring is None
+        else [float(ring.wave_compliance(k)[0, 0]) * 1e3 / UM for k in range(ring.waves + 1)],
+        "pillars_nm_per_arcmin": None if stiffness is None else stiffness * ARCMIN / NEWTON_METRE,
+        "largest_recession_um": {name: float(np.max(each)) / UM for name, each in loaded.receded_supports.items()},
+        "rotation_arcmin": {name: float(np.mean(each)) / ARCMIN for name, each in loaded.rotation_by_part.items()},
     }
 
 

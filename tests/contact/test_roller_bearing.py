@@ -316,9 +316,13 @@ def test_tangent_with_elastic_discs(rv40e, discs, play, table):
 
 def test_effects_act_on_rollers(rv40e):
     case = case_of(rv40e, -0.002)
-    looser = apply_effects(case, [effect_from_table({"name": "crank_bearing_clearance", "radial_um": 3.0})]).case.drive.support
+    looser = apply_effects(
+        case, [effect_from_table({"name": "crank_bearing_clearance", "radial_um": 3.0})]
+    ).case.drive.support
     assert looser.bearing_play == pytest.approx(0.001, abs=1e-15)
-    softer = apply_effects(case, [effect_from_table({"name": "crank_bearing_compliance", "added_um_per_kn": 1.0})]).case.drive.support
+    softer = apply_effects(
+        case, [effect_from_table({"name": "crank_bearing_compliance", "added_um_per_kn": 1.0})]
+    ).case.drive.support
     assert softer.rollers.compliance == pytest.approx(1e-6)
     assert bearing_law(rv40e.support) == LinearBearing(4e5)
     # A force of 1 kN deflects the bearing by 1 µm more.

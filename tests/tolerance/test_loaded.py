@@ -11,10 +11,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cycloid_profile.catalog import catalog_drive
 from cycloid_profile.contact import LoadCase, RollerBearing
 from cycloid_profile.contact.laws import Palmgren
 from cycloid_profile.contact.mesh import output_turn
 from cycloid_profile.contact.stage import StageEquilibrium
+from cycloid_profile.design import conventional_profile, drive_of, load_case
 from cycloid_profile.effects import AsBuiltReducer, as_drawn
 from cycloid_profile.effects import effect_from_table as effect
 from cycloid_profile.errors import LoadError
@@ -249,3 +251,20 @@ def test_one_disc_on_a_central_eccentric(made_with):
     wanted, _ = exact(made_with(reducer, tolerances, x[0]), stage)
     # On a soft bearing the disc gives way by 25 µm, and errors turn their normals with it: 3·25 µm²/3 mm over 12 mm.
     np.testing.assert_allclose(stage.answers(x)[0][0], wanted, rtol=0.0, atol=0.5 * ARCSEC)
+
+
+@pytest.mark.slow
+def test_elastic_supports_find_the_exact_equilibrium(large, scattered, made_with):
+    # They give way by more than an error is high: the search must begin with the pins pressed nevertheless.
+    on = {"drive.pin_seat.contact": True, "drive.ring.elastic": True, "drive.pillars.elastic": True}
+    spec = catalog_drive("rv40e").replace(on)
+    drive = drive_of(spec)
+    soft = as_drawn(load_case(spec, drive, conventional_profile(spec, drive)))
+    tolerances = scattered(*PARTS, reducer=large)
+    stage = of(soft, tolerances, 9)
+    x = Draws(tolerances, 1).coordinates(0, 40, 0)
+    rotation, _ = stage.answers(x)
+    assert np.all(np.isfinite(rotation))
+    for one, own in zip(x[:2], rotation, strict=False):
+        wanted, _ = exact(made_with(soft, tolerances, one), stage)
+        np.testing.assert_allclose(own, wanted, rtol=0.0, atol=2.0 * ARCSEC)

@@ -171,7 +171,7 @@ def _nearest(key: str, known: list[str], path: str, root: type[msgspec.Struct], 
     close = nearest_name(key, known)
     if close:
         return f"did you mean {prefix}{path}{close}?"
-    return f"known here are {', '.join(known)}" if len(known) <= 12 else _SEE
+    return f"known here are {', '.join(known)}" if len(known) <= 16 else _SEE
 
 
 def _all_keys(table: type[msgspec.Struct], path: str) -> list[tuple[str, list[str]]]:

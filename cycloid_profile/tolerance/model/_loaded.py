@@ -42,7 +42,8 @@ class LoadedStage:
     (loads, coordinates), angle errors [rad per unit]; ``pressure_per_root_force`` peak pressure of each contact under
     1 N, shape (loads, discs, pins) [MPa]. ``rigid_motion`` shape (loads, unknowns) of all discs with the carrier;
     ``closing`` of each gap per rotation along the torque, 0 where too little [mm]; ``overclosure``, an additional
-    rotation that guarantees contact, shape (loads,) [rad].
+    rotation that guarantees contact, shape (loads,) [rad]; ``receded``, how far elastic supports give way under the
+    load that the search starts from, shape (loads, discs, pins) [mm].
     """
 
     reducer: AsBuiltReducer
@@ -57,6 +58,7 @@ class LoadedStage:
     rigid_motion: FloatArray
     closing: FloatArray
     overclosure: FloatArray
+    receded: FloatArray
 
     def answers(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Rotation of the output [rad] and highest peak pressure [MPa] at each load, shape (reducers, loads).
@@ -85,7 +87,7 @@ class LoadedStage:
         Without any contact the force is zero and gives no search direction.
         """
         with np.errstate(divide="ignore", invalid="ignore"):
-            turn = np.where(self.closing > 0.0, gap / self.closing, np.inf)
+            turn = np.where(self.closing > 0.0, (gap + self.receded) / self.closing, np.inf)
         first = np.min(turn, axis=(2, 3)) + self.overclosure
         return np.asarray((np.sign(self.energy.torque) * first)[..., np.newaxis] * self.rigid_motion)
 
@@ -157,6 +159,7 @@ def loaded_stage(
         rigid_motion=support.rigid_motion,
         closing=np.where(arm > LEAST_REACH * longest, arm, 0.0),
         overclosure=0.5 * pressed / longest,
+        receded=sum(solved.receded_supports.values(), np.zeros_like(found.gap)),
     )
 
 
