@@ -1,6 +1,6 @@
 """The RV-40E to 30 digits, sharing no code with the package: formulas of the tooth, feet by root finding.
 
-One disc on a held crank. Pins stand still at 2πk/z_p, the disc's centre at a·e^{iφ}, turned by −φ/z_c.
+One disc on a held crank. Pins are fixed at 2πk/z_p, the disc's centre at a·e^{iφ}, turned by −φ/z_c.
 """
 
 from __future__ import annotations

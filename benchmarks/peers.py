@@ -1,4 +1,4 @@
-"""This package beside cycloidgen 8 where it is installed: ``python -m benchmarks.peers``.
+"""This package compared with cycloidgen 8 where it is installed: ``python -m benchmarks.peers``.
 
 Time and error side by side on one drive in one run; the error is the distance to ``exact``. cycloidgen is no
 dependency: install it, this package and mpmath into an environment of their own.

@@ -13,7 +13,7 @@ from benchmarks.document import machine, put, table
 from benchmarks.rv40e import loaded_rv40e
 from cycloid_profile.contact.stage import StageEquilibrium
 from cycloid_profile.design import as_built_reducer
-from cycloid_profile.effects import AsBuiltReducer, as_drawn, effect
+from cycloid_profile.effects import AsBuiltReducer, as_drawn, effect_from_table
 from cycloid_profile.rig import Settings, simulate
 from cycloid_profile.spec import read_spec
 
@@ -82,7 +82,7 @@ def scan(reducer: AsBuiltReducer) -> str:
 def main() -> None:
     drawn = as_drawn(loaded_rv40e())
     compensated = as_built_reducer(read_spec(ROOT / "examples" / "rv40e.toml"))
-    runout = effect(RUNOUT)
+    runout = effect_from_table(RUNOUT)
     reducers = [drawn, runout.apply(drawn), compensated, runout.apply(compensated)]
     rows = [
         (what, aim, *(measured(reducer) for reducer in reducers))

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from cycloid_profile.errors import CycloidError
 
-MOST_FIGURES = 14
+MOST_FIGURES = 14  # a notebook cell without a scroll bar
 _WIDEST = 96  # characters of a value
 # Signs of angles follow their number without a space.
 _CLOSE = ("", "°", "′", "″")

@@ -24,7 +24,7 @@ class CycloidError(Exception):
         super().__init__(f"{what}{joint}{value} {limit}: {remedy}")
 
     def renamed(self, what: str) -> CycloidError:
-        """The same error told of another name, such as the key of a file."""
+        """The same error under another name, such as the key of a file."""
         return type(self)(what, self.value, self.limit, self.remedy)
 
 

@@ -24,7 +24,7 @@ HIDDEN = (
 
 spec = cp.read_spec(Path(__file__).with_name("rv40e.toml"))
 drawn = cp.design.as_built_reducer(spec)
-ground = cp.effects.build(drawn.case, [cp.effects.effect(table) for table in HIDDEN])
+ground = cp.effects.apply_effects(drawn.case, [cp.effects.effect_from_table(table) for table in HIDDEN])
 scan = cp.rig.simulate(ground, "profile_scan", cp.rig.Settings(points=POINTS, noise=NOISE, seed=3))
 found = cp.diagnosis.diagnose(drawn, [scan])
 (gap,) = found.gaps

@@ -76,8 +76,8 @@ def take_up(run: cp.rig.ReversalRun, play: float) -> np.ndarray:
 
 def on_the_rig(name: str, scale: float, tooth: cp.ToothProfile) -> Prototype:
     """Run all tests of one tooth."""
-    series = cp.effects.effect({"name": "series_compliance", "stiffness_nm_per_arcmin": SERIES})
-    reducer, soft = (cp.effects.build(cp.LoadCase(DRIVE, tooth, TORQUE), more) for more in ([], [series]))
+    series = cp.effects.effect_from_table({"name": "series_compliance", "stiffness_nm_per_arcmin": SERIES})
+    reducer, soft = (cp.effects.apply_effects(cp.LoadCase(DRIVE, tooth, TORQUE), more) for more in ([], [series]))
     play = float(np.mean(cp.rig.backlash_map(reducer, POSES).value))
     run = cp.rig.reversal_run(reducer, BRAKES[0], duration=DURATION)
     return Prototype(
@@ -130,7 +130,7 @@ def turn_in_a_step(play: float, step: float) -> float:
 
     From the reversal on the input gathers speed evenly, at √(A² − C²) ω for v = A sin(ωt) + C.
     """
-    A, omega, C = cp.rig.ARTICLE_SPEED
+    A, omega, C = cp.rig.PUBLISHED_REVERSAL_SPEED
     acceleration = omega * math.sqrt(A**2 - C**2)
     return math.sqrt(2.0 * acceleration * play * DRIVE.reduction_ratio) * step / DRIVE.reduction_ratio
 

@@ -18,8 +18,8 @@ import pytest
 from cycloid_profile.contact import SolveStatus
 from cycloid_profile.contact.mesh import output_turn
 from cycloid_profile.contact.stage import StageEquilibrium
-from cycloid_profile.effects import PinRadiusError, build
-from cycloid_profile.rig import ARTICLE_SPEED, hysteresis_loop, transmission_error
+from cycloid_profile.effects import PinRadiusError, apply_effects
+from cycloid_profile.rig import PUBLISHED_REVERSAL_SPEED, hysteresis_loop, transmission_error
 from cycloid_profile.units import ARCMIN, ARCSEC, DEGREE, UM
 from tests.script_modules import ROOT, script
 
@@ -122,7 +122,7 @@ def test_load_winds_all_prototypes_up_alike(example):
 
 
 def test_published_drive_is_in_degrees_per_second():
-    amplitude, omega, mean = ARTICLE_SPEED
+    amplitude, omega, mean = PUBLISHED_REVERSAL_SPEED
     assert (amplitude / DEGREE, omega, mean / DEGREE) == pytest.approx((15000.0, 30.0, 10890.0))
     # deg/s over 6 is rpm; over the ratio it is the output's.
     assert mean / DEGREE / 6.0 / 121.0 == pytest.approx(15.0)
@@ -140,7 +140,7 @@ def test_unmodified_prototype_has_no_clearance_and_is_solved(example):
 
 
 def test_overlap_by_rounding_stops_nothing(example):
-    reducer = build(example.unmodified.reducer.case, [PinRadiusError(0.02)])
+    reducer = apply_effects(example.unmodified.reducer.case, [PinRadiusError(0.02)])
     seen = transmission_error(reducer, reducer.case.torque, 200)
     solved = StageEquilibrium(deviations=reducer.deviations).at(reducer.case, -39.0 * seen.output_angle)
     # Reported, and solved all the same.
@@ -155,9 +155,9 @@ def test_main_prints_the_tables_and_draws(example, tmp_path, capsys):
     from PIL import Image
 
     example.main(["--out", str(tmp_path / "new")])
-    told = capsys.readouterr().out
-    assert told.startswith(example.table())
-    assert example.statement() in told
+    reported = capsys.readouterr().out
+    assert reported.startswith(example.table())
+    assert example.statement() in reported
     with Image.open(tmp_path / "new" / f"{NAME}.png") as picture:
         assert len(picture.convert("RGB").getcolors(maxcolors=100_000)) > 10
     assert (tmp_path / "new" / f"{NAME}.svg").is_file()
@@ -176,6 +176,6 @@ def test_page_quotes_the_tables(example):
     quoted, printed = page.split(begin)[1].split(end)[0].strip(), example.table()
     number = r"\d+(?:\.\d+)?"
     assert re.sub(number, "#", quoted) == re.sub(number, "#", printed)
-    for told, found in zip(re.findall(number, quoted), re.findall(number, printed), strict=True):
+    for reported, found in zip(re.findall(number, quoted), re.findall(number, printed), strict=True):
         # Two units of the last digit: the run in time is integrated, and rounds otherwise elsewhere.
-        assert float(told) == pytest.approx(float(found), abs=2.01 * 10.0 ** -len(told.partition(".")[2]))
+        assert float(reported) == pytest.approx(float(found), abs=2.01 * 10.0 ** -len(reported.partition(".")[2]))

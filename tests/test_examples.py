@@ -17,13 +17,13 @@ from cycloid_profile.contact import SolveStatus
 from cycloid_profile.units import ARCMIN, ARCSEC, NEWTON_METRE, UM
 from tests.script_modules import ROOT, example
 
-EXAMPLES = ("quickstart", "article_rv40e", "compare_modifications", "own_contact_law", "elastic_disc")
+EXAMPLES = ("quickstart", "article_rv40e", "compare_modifications", "own_contact_law", "elastic_disc", "crank_bearing")
 K1 = 0.8125
 S = math.sqrt(1.0 - K1**2)
 LONGEST_LEVER = 1.3 * 39
 
 
-@pytest.mark.parametrize("name", EXAMPLES)
+@pytest.mark.parametrize("name", [*EXAMPLES, pytest.param("elastic_supports", marks=pytest.mark.slow)])
 def test_example_draws_its_picture(name, tmp_path):
     from PIL import Image
 
@@ -106,7 +106,12 @@ def test_article_square_root():
     assert article.phase[np.argmax(article.delta_corrected)] == pytest.approx(math.acos(K1), abs=2e-3)
 
 
-PAGES = [("articles", "article_rv40e"), ("own-law", "own_contact_law"), ("elastic-disc", "elastic_disc")]
+PAGES = [
+    ("articles", "article_rv40e"),
+    ("own-law", "own_contact_law"),
+    ("elastic-disc", "elastic_disc"),
+    pytest.param("supports", "elastic_supports", marks=pytest.mark.slow),
+]
 
 
 @pytest.mark.parametrize(("page", "name"), PAGES)
@@ -115,6 +120,16 @@ def test_page_quotes_the_table(page, name):
     begin, end = (f"<!-- {edge} output of examples/{name}.py -->" for edge in ("begin", "end"))
     quoted = text.split(begin)[1].split(end)[0].strip().removeprefix("```text\n").removesuffix("\n```")
     assert quoted == example(name).table()
+
+
+def test_bearings_of_the_example():
+    bearing = example("crank_bearing")
+    lost = [bearing.accuracies[name].lost_motion for name in list(bearing.BEARINGS)[1:]]
+    # From preload to class CN, each looser; two loose bearings lose nearly twice the play on the circle of the cranks.
+    assert np.all(np.diff(lost) > 0.0)
+    assert lost[-1] - lost[-2] == pytest.approx(2.0 * 10.0 * UM / 36.0, rel=0.05)
+    assert bearing.bearings["spring"].tangent == 4e5
+    assert bearing.bearings["preload 5 µm"].tangent > bearing.bearings["clearance 0"].tangent
 
 
 def test_own_law_holds_at_every_loaded_pin():
@@ -130,6 +145,13 @@ def test_page_of_the_own_law_runs(capsys):
     exec(compile(code, "docs/own-law.md", "exec"), {})
     forces = [f"{load.max_force:.0f} N" for load in example("own_contact_law").loads.values()]
     assert re.findall(r"\d+ N", capsys.readouterr().out) == forces
+
+
+def test_page_of_the_supports_runs():
+    (code,) = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "supports.md").read_text(encoding="utf-8"), re.DOTALL)
+    names: dict = {}
+    exec(compile(code, "docs/supports.md", "exec"), names)
+    assert list(names["loaded"].receded_supports) == ["pin seats", "ring"]
 
 
 def test_a_disc_from_a_file_is_that_of_the_mesh(tmp_path):

@@ -71,7 +71,7 @@ def test_design_of_the_readme_runs(
 ) -> None:
     monkeypatch.chdir(ROOT)
     exec(compile(BLOCKS[0].replace('"exports/rv40e"', f'"{tmp_path}"'), "README.md", "exec"), {})
-    assert "compensated 0.55" in capsys.readouterr().out
+    assert "compensated 0.26" in capsys.readouterr().out
     assert (tmp_path / "report.html").is_file()
 
 

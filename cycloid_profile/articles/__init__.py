@@ -13,8 +13,13 @@ from cycloid_profile.articles.lost_motion_budget import BudgetPart as BudgetPart
 from cycloid_profile.articles.lost_motion_budget import PartErrors as PartErrors
 from cycloid_profile.articles.lost_motion_budget import budget_from_geometry as budget_from_geometry
 from cycloid_profile.articles.lost_motion_budget import printed_errors as printed_errors
+from cycloid_profile.articles.results import article_tables as article_tables
 from cycloid_profile.articles.tables import PlainTable as PlainTable
+from cycloid_profile.articles.tables import budget_remarks as budget_remarks
 from cycloid_profile.articles.tables import budget_table as budget_table
+from cycloid_profile.articles.tables import disc_name as disc_name
 from cycloid_profile.articles.tables import formula_table as formula_table
+from cycloid_profile.articles.tables import method_table as method_table
 from cycloid_profile.articles.tables import published_tables as published_tables
+from cycloid_profile.articles.tables import range_table as range_table
 from cycloid_profile.articles.tables import sensitivity_table as sensitivity_table

@@ -183,38 +183,64 @@ def budget_from_geometry(
     """
     given = printed_errors() if errors is None else errors
     used = DifferenceSetup(case) if setup is None else setup
-    drive = case.drive
-    pin = one_sided(by_effect(lambda amount: PinRadiusError(-amount)))(used).mean
-    disc = one_sided(by_effect(PinCircleRadiusError))(used).mean
-    cycloid = BudgetPart(
-        float(np.mean(used.nominal_backlash[0])),
-        2.0 * math.hypot(pin * given.pin_um * UM, disc * given.disc_um * UM),
-    )
-    return Budget(
-        _involute_from_geometry(case, given), cycloid, _bearing_from_geometry(used, given), drive.reduction_ratio
-    )
+    return budget_of_bands(used, given, parameter_bands(used, given))
 
 
-def _involute_from_geometry(case: LoadCase, errors: PartErrors) -> BudgetPart | None:
-    """Equivalent rotation of the sun: output play of the stage model times the reduction ratio."""
-    stage = case.drive.first_stage
-    if stage is None:
-        return None
-    pair = InvolutePair(stage)
-    upper, lower = (-amount * UM for amount in (errors.normal_length_upper_um, errors.normal_length_lower_um))
-    limits = [pair.play_of_normal_length(lower) - pair.play_of_normal_length(upper)]
-    for offset in (errors.centre_distance_um * UM, 0.5 * errors.gear_runout_um * UM):
-        limits.append(pair.play_of_centre_distance(offset) - pair.play_of_centre_distance(-offset))
-    by_model = output_per_sun_play(case) * case.drive.reduction_ratio
-    return BudgetPart(by_model * pair.play_of_normal_length(0.5 * (upper + lower)), by_model * math.hypot(*limits))
+def parameter_bands(setup: DifferenceSetup, errors: PartErrors) -> dict[str, float | None]:
+    """Half band of the lost motion at the output that each of ``errors`` makes alone, by field [rad].
+
+    None where the drive lacks the part. The wind-up of discs and bearings is kept out, see ``finite_difference``.
+
+    Raises ``SolveError`` if at some pose no touch or equilibrium is found.
+    """
+    case = setup.case
+    pin = one_sided(by_effect(lambda amount: PinRadiusError(-amount)))(setup).mean
+    disc = one_sided(by_effect(PinCircleRadiusError))(setup).mean
+    normal = centre = runout = bearing = None
+    if case.drive.first_stage is not None:
+        pair, output = InvolutePair(case.drive.first_stage), output_per_sun_play(case)
+        thickest, thinnest = (
+            pair.play_of_normal_length(-amount * UM)
+            for amount in (errors.normal_length_upper_um, errors.normal_length_lower_um)
+        )
+        normal = 0.5 * output * (thinnest - thickest)
+        centre, runout = (
+            0.5 * output * (pair.play_of_centre_distance(offset) - pair.play_of_centre_distance(-offset))
+            for offset in (errors.centre_distance_um * UM, 0.5 * errors.gear_runout_um * UM)
+        )
+    if isinstance(case.drive.support, Cranks):
+        bearing = bearing_play(setup).mean * 2.0 * errors.bearing_um * UM
+    return {
+        "normal_length_um": normal,
+        "centre_distance_um": centre,
+        "gear_runout_um": runout,
+        "pin_um": pin * errors.pin_um * UM,
+        "disc_um": disc * errors.disc_um * UM,
+        "bearing_um": bearing,
+    }
 
 
-def _bearing_from_geometry(setup: DifferenceSetup, errors: PartErrors) -> BudgetPart | None:
-    support = setup.case.drive.support
-    if not isinstance(support, Cranks):
-        return None
-    slope = bearing_play(setup).mean
-    return BudgetPart(slope * 2.0 * support.bearing_play, slope * 2.0 * 2.0 * errors.bearing_um * UM)
+def budget_of_bands(setup: DifferenceSetup, errors: PartErrors, bands: dict[str, float | None]) -> Budget:
+    """The budget of the parts from the ``bands`` of the single errors; means are those of the drawing."""
+    drive, involute, bearing = setup.case.drive, None, None
+
+    def tolerance(*names: str) -> float:
+        return 2.0 * math.hypot(*(bands[name] or 0.0 for name in names))
+
+    if drive.first_stage is not None:
+        pair = InvolutePair(drive.first_stage)
+        play = pair.play_of_normal_length(-0.5 * (errors.normal_length_upper_um + errors.normal_length_lower_um) * UM)
+        width = tolerance("normal_length_um", "centre_distance_um", "gear_runout_um")
+        output = output_per_sun_play(setup.case)
+        involute = BudgetPart(drive.reduction_ratio * output * play, drive.reduction_ratio * width)
+    if isinstance(drive.support, Cranks):
+        # In proportion: one slope for the play of the drawing and for its tolerance.
+        # Preloaded bearings, of a negative play, have none.
+        play = max(drive.support.bearing_play, 0.0)
+        per_radial_play = bearing_play(setup).mean * 2.0 if play else 0.0
+        bearing = BudgetPart(per_radial_play * play, tolerance("bearing_um"))
+    cycloid = BudgetPart(float(np.mean(setup.nominal_backlash[0])), tolerance("pin_um", "disc_um"))
+    return Budget(involute, cycloid, bearing, drive.reduction_ratio)
 
 
 @dataclass(frozen=True, slots=True)

@@ -40,7 +40,7 @@ def print_json(value: dict[str, Any]) -> None:
     print(json.dumps(value, indent=1, ensure_ascii=False, allow_nan=False))
 
 
-def print_table(title: str, columns: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> None:
+def _print_table(title: str, columns: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> None:
     """A table on stdout, the first column left, the others right."""
     from rich.console import Console
     from rich.table import Table
@@ -60,7 +60,7 @@ def print_tables(tables: Iterable[PlainTable]) -> None:
     for number, table in enumerate(tables):
         if number:
             print()
-        print_table(table.title, table.head, table.rows)
+        _print_table(table.title, table.head, table.rows)
         if table.note:
             print(table.note)
 

@@ -8,7 +8,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from cycloid_profile.cli._terminal import Json, print_json, print_table
+from cycloid_profile.cli._terminal import Json, print_json, print_tables
 from cycloid_profile.errors import SpecError
 
 
@@ -33,6 +33,7 @@ def catalog(
     import msgspec
 
     from cycloid_profile.catalog import catalog_drive, catalog_names, catalog_text
+    from cycloid_profile.report.design import drive_table
 
     if name is None and out is not None:
         raise SpecError("--out", f"'{out}'", "needs a drive", "name one of 'cycloid-profile catalog'", " ")
@@ -41,13 +42,7 @@ def catalog(
         if json:
             print_json({"schema": 1, "drives": {n: msgspec.to_builtins(d) for n, d in drives.items()}})
             return 0
-        rows = [
-            (n, str(d.drive.pins), f"{d.drive.pin_circle_radius_mm:g}", f"{d.drive.eccentricity_mm:g}",
-             f"{d.load.rated_torque_nm:g}", str(len(d.source.assumed)))
-            for n, d in drives.items()
-        ]  # fmt: skip
-        header = ("drive", "pins", "pin circle radius [mm]", "eccentricity [mm]", "rated torque [N·m]", "assumed keys")
-        print_table("catalogue", header, rows)
+        print_tables([drive_table(drives)])
         return 0
     if json:
         print_json({"schema": 1, **msgspec.to_builtins(catalog_drive(name))})

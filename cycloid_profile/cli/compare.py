@@ -7,9 +7,15 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from cycloid_profile.cli._terminal import Json, OutFolder, output_folder, print_json, print_table, progress
-from cycloid_profile.design import as_built_reducer
-from cycloid_profile.units import SIGNS
+from cycloid_profile.cli._terminal import (
+    Json,
+    OutFolder,
+    output_folder,
+    print_json,
+    print_tables,
+    progress,
+    require_files,
+)
 
 
 def compare(
@@ -31,48 +37,21 @@ def compare(
     data
         Measured files (CSV).
     """
-    from cycloid_profile import plot
-    from cycloid_profile.errors import MeasurementError
-    from cycloid_profile.export.writing import atomic_folder
+    from cycloid_profile.design import as_built_reducer
     from cycloid_profile.measurement import read_measurement
-    from cycloid_profile.rig import measurement_residual
+    from cycloid_profile.report import comparison_table, comparison_to_json, write_comparison
     from cycloid_profile.spec import read_spec
 
-    if not data:
-        raise MeasurementError("measured files", "none", "were given", "name at least one CSV file after the spec", " ")
+    require_files(data, "measured files")
     folder = output_folder(out, spec) / "compare"
-    with progress() as report:
+    with progress() as show_step:
         wanted = read_spec(spec)
         measured = [read_measurement(file) for file in data]
-        report("building the reducer")
-        reducer = as_built_reducer(wanted)
-        residuals = []
-        with atomic_folder(folder) as scratch:
-            for number, measurement in enumerate(measured, 1):
-                report(f"comparing {measurement.name}")
-                found = measurement_residual(reducer, measurement, disc - 1)
-                name = f"{number}_{Path(measurement.name).stem}.png"
-                plot.save_png(plot.measurement_residual(found, name=wanted.name), scratch / name)
-                residuals.append((found, folder / name))
+        show_step("building the reducer")
+        compared = write_comparison(as_built_reducer(wanted), wanted.name, measured, folder, disc - 1, show_step)
     if json:
-        rows = [
-            {
-                "file": found.measurement.name,
-                "kind": found.measurement.kind.name,
-                "unit": found.unit,
-                "rms": found.rms,
-                "noise": found.noise,
-                "registration": found.registration,
-                "picture": str(picture),
-            }
-            for found, picture in residuals
-        ]
-        print_json({"schema": 1, "name": wanted.name, "gap": rows})
+        print_json(comparison_to_json(wanted.name, compared))
     else:
-        table = [
-            (f.measurement.name, f.measurement.kind.name, f"{f.rms:.4g}", f"{f.noise:.4g}", SIGNS[f.unit])
-            for f, _ in residuals
-        ]
-        print_table(f"{wanted.name}: measured minus predicted", ("file", "kind", "rms", "noise", "unit"), table)
+        print_tables([comparison_table(wanted.name, compared)])
         print(f"\npictures: {folder}")
     return 0

@@ -77,13 +77,13 @@ def diagnose(
 
 def _plan_measurements(spec: Path, folder: Path) -> int:
     from cycloid_profile.design import as_built_reducer
-    from cycloid_profile.diagnosis import visibility
+    from cycloid_profile.diagnosis import detectability
     from cycloid_profile.report.diagnosis import plan_tables, save_plan_plot
     from cycloid_profile.spec import read_spec
 
     wanted = read_spec(spec)
     with progress() as show_step:
-        rows = visibility(as_built_reducer(wanted), show_step)
+        rows = detectability(as_built_reducer(wanted), show_step)
         picture = save_plan_plot(rows, wanted.name, folder)
     print_tables(plan_tables(rows, wanted.name))
     print(f"\npicture: {picture}")

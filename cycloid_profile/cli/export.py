@@ -6,14 +6,13 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from cycloid_profile._display import figure_text
 from cycloid_profile.cli._terminal import (
     Json,
     OutFolder,
     SpecFile,
     output_folder,
     print_json,
-    print_table,
+    print_tables,
     progress,
     warn,
 )
@@ -40,19 +39,19 @@ def export(
     """
     from cycloid_profile.design import design_disc
     from cycloid_profile.export import exporter_for
-    from cycloid_profile.report.design import export_package
+    from cycloid_profile.report.design import export_package, planned_files_table, written_files_table
     from cycloid_profile.spec import read_spec
 
     folder = output_folder(out, spec)
     wanted = read_spec(spec)
     formats = tuple(dict.fromkeys(format or wanted.export.formats))
     if list:
-        files = [(str(folder / file), name) for name in formats for file in exporter_for(name).filenames]
         if json:
+            files = [(str(folder / file), name) for name in formats for file in exporter_for(name).filenames]
             listed = [{"path": path, "format": name} for path, name in files]
             print_json({"schema": 1, "name": wanted.name, "files": listed})
         else:
-            print_table("would be written", ("file", "format"), files)
+            print_tables([planned_files_table(formats, folder)])
         return 0
     with progress() as show_step:
         show_step("computing load sharing and compensation")
@@ -61,10 +60,6 @@ def export(
     if json:
         print_json({"schema": 1, "name": wanted.name, "out": str(folder), "files": entries, "skipped": skipped})
     else:
-        rows = [
-            (str(folder / e["path"]), f"{e['bytes']:,}", figure_text(e["tolerance_um"]), figure_text(e["deviation_um"]))
-            for e in entries
-        ]
-        print_table("written", ("file", "bytes", "tolerance [µm]", "measured [µm]"), rows)
+        print_tables([written_files_table(entries, folder)])
     warn(*skipped.values(), *record.failures)
     return 1 if skipped or record.failures else 0

@@ -7,25 +7,18 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from importlib import import_module
 
 from cyclopts import App, CycloptsError
 
-from cycloid_profile.cli.accuracy import accuracy
-from cycloid_profile.cli.build import build
-from cycloid_profile.cli.catalog import catalog
-from cycloid_profile.cli.compare import compare
-from cycloid_profile.cli.correct import correct
-from cycloid_profile.cli.diagnose import diagnose
-from cycloid_profile.cli.export import export
-from cycloid_profile.cli.simulate import simulate
-from cycloid_profile.cli.tolerance import tolerance
 from cycloid_profile.errors import CycloidError
 
+COMMANDS = ("build", "accuracy", "simulate", "compare", "diagnose", "correct", "tolerance", "export", "catalog")
 EPILOGUE = "Example: cycloid-profile build examples/rv40e.toml"
 
 
-def application() -> App:
-    """The command line application with its subcommands."""
+def application(commands: Sequence[str] = COMMANDS) -> App:
+    """The command line application with these subcommands."""
     app = App(
         name="cycloid-profile",
         help="Design, compensate and export the cycloid discs of RV reducers and cycloidal drives.",
@@ -33,8 +26,8 @@ def application() -> App:
         help_format="plaintext",
         version_flags=["--version"],
     )
-    for command in (build, accuracy, simulate, compare, diagnose, correct, tolerance, export, catalog):
-        app.command(command, help_epilogue="")
+    for command in commands:
+        app.command(getattr(import_module(f"cycloid_profile.cli.{command}"), command), help_epilogue="")
     return app
 
 
@@ -45,8 +38,11 @@ def main(tokens: Sequence[str] | None = None) -> None:
 
 def run(tokens: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit status."""
+    given = sys.argv[1:] if tokens is None else list(tokens)
+    # The module of a command is imported when it is used; all are for the overview and to suggest a near name.
+    commands = given[:1] if given and given[0] in COMMANDS else COMMANDS
     try:
-        status = application()(tokens, exit_on_error=False, print_error=False, result_action="return_value")
+        status = application(commands)(given, exit_on_error=False, print_error=False, result_action="return_value")
     except CycloptsError as error:
         return _refuse(str(error), 2)
     except CycloidError as error:

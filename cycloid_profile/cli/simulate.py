@@ -7,8 +7,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from cycloid_profile.cli._terminal import Json, print_json, print_table, progress
-from cycloid_profile.design import as_built_reducer
+from cycloid_profile.cli._terminal import Json, print_json, print_tables, progress
 
 Kind = Literal["profile_scan", "hysteresis", "transmission_error", "lost_motion_map"]
 
@@ -38,10 +37,9 @@ def simulate(
     spec
         Spec file (TOML).
     """
-    from cycloid_profile import plot
+    from cycloid_profile.design import as_built_reducer
     from cycloid_profile.errors import ExportError
-    from cycloid_profile.export.writing import atomic_folder
-    from cycloid_profile.measurement import format_measurement
+    from cycloid_profile.report import key_figure_table, write_measurement
     from cycloid_profile.rig import Settings, key_figures
     from cycloid_profile.rig import simulate as measure
     from cycloid_profile.spec import read_spec
@@ -58,22 +56,19 @@ def simulate(
         noise=noise,
         seed=seed,
     )
-    with progress() as report:
-        report("building the reducer")
+    with progress() as show_step:
+        show_step("building the reducer")
         wanted = read_spec(spec)
         reducer = as_built_reducer(wanted)
         title = kind.replace("_", " ")
-        report(f"measuring: {title}")
+        show_step(f"measuring: {title}")
         measured = measure(reducer, kind, settings)
-        with atomic_folder(file.parent) as scratch:
-            (scratch / file.name).write_text(format_measurement(measured), encoding="utf-8", newline="\n")
-            plot.save_png(plot.measurement(measured, reducer=reducer, name=wanted.name), scratch / f"{file.stem}.png")
-    picture = file.with_suffix(".png")
+        picture = write_measurement(measured, reducer, wanted.name, file)
     figures = key_figures(measured)
     if json:
         written = {"name": wanted.name, "kind": kind, "file": str(file), "picture": str(picture)}
         print_json({"schema": 1, **written, "figures": figures})
     else:
-        print_table(f"{wanted.name}: {title}", ("", ""), [(k, f"{v:.5g}") for k, v in figures.items()])
+        print_tables([key_figure_table(f"{wanted.name}: {title}", figures)])
         print(f"\nwritten: {file}, picture: {picture}")
     return 0

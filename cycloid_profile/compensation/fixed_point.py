@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Protocol
 
+import numpy as np
+
 from cycloid_profile._display import Described
 from cycloid_profile.contact import LoadCase, LoadSharing, SolveStatus
 from cycloid_profile.contact.mesh import Backlash, backlash
@@ -35,6 +37,9 @@ class Compensation(Described):
 
     ``case`` holds the profile before compensation; ``profile`` is the compensated one; ``delta_max`` [mm];
     ``history`` δmax after each round [mm]; ``sharing`` the last load sharing, None for a prescribed δmax.
+
+    ``delta_max_least`` and ``delta_max_largest`` are the spread of δmax over the poses [mm]: with elastic discs over
+    the carrier angles, as the disc is stiffer where a web stands behind the loaded pins than where a hole does.
     """
 
     case: LoadCase
@@ -48,8 +53,19 @@ class Compensation(Described):
     def _key_figures(self) -> Mapping[str, str]:
         return {
             "δmax": f"{self.delta_max / UM:.3f} µm after {len(self.history)} rounds",
+            "δmax over the poses": f"{self.delta_max_least / UM:.3f} to {self.delta_max_largest / UM:.3f} µm",
             "worst backlash": f"{self.before.worst / ARCMIN:.4f}′ before, {self.after.worst / ARCMIN:.4f}′ after",
         }
+
+    @property
+    def delta_max_least(self) -> float:
+        """Least deformation of the poses [mm]; ``delta_max`` where that is prescribed."""
+        return self.delta_max if self.sharing is None else float(np.min(self.sharing.deformation))
+
+    @property
+    def delta_max_largest(self) -> float:
+        """Largest deformation of the poses [mm]; ``delta_max`` where that is prescribed."""
+        return self.delta_max if self.sharing is None else float(np.max(self.sharing.deformation))
 
     @property
     def backlash_change(self) -> float:

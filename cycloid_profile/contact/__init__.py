@@ -10,9 +10,17 @@ from cycloid_profile.contact.bearing_life import life_of_all as life_of_all
 from cycloid_profile.contact.bearing_life import reference_viscosity as reference_viscosity
 from cycloid_profile.contact.bodies import NO_DEVIATIONS as NO_DEVIATIONS
 from cycloid_profile.contact.bodies import DiscCompliance as DiscCompliance
+from cycloid_profile.contact.bodies import LinearBearing as LinearBearing
 from cycloid_profile.contact.bodies import PartDeviations as PartDeviations
+from cycloid_profile.contact.bodies import Pillars as Pillars
+from cycloid_profile.contact.bodies import PinSeats as PinSeats
+from cycloid_profile.contact.bodies import RingBody as RingBody
+from cycloid_profile.contact.bodies import RollerBearing as RollerBearing
+from cycloid_profile.contact.bodies import Supports as Supports
+from cycloid_profile.contact.bodies import clearance_range as clearance_range
 from cycloid_profile.contact.bodies import disc_compliance as disc_compliance
 from cycloid_profile.contact.bodies import read_disc_compliance as read_disc_compliance
+from cycloid_profile.contact.bodies import roller_constant as roller_constant
 from cycloid_profile.contact.case import LoadCase as LoadCase
 from cycloid_profile.contact.disc import Classical as Classical
 from cycloid_profile.contact.disc import Equilibrium as Equilibrium

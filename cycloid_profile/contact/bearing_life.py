@@ -160,17 +160,17 @@ class BearingLife:
 
 
 def crank_bearing_life(
-    sharing: LoadSharing, output_speed: float, load_rating: float, alike: bool = False
+    sharing: LoadSharing, output_speed: float, load_rating: float, equal_bearings: bool = False
 ) -> BearingLife:
     """Basic rating life from the bearing forces of ``sharing``, its poses spread evenly over a turn (Eqs. 62–64).
 
     Parameters
     ----------
-    sharing : whole stage; poses over a turn of the output, or over one turn of the crank if ``alike``
+    sharing : whole stage; poses over a turn of the output, or over one turn of the crank if ``equal_bearings``
     output_speed : Ω [rad/s]
     load_rating : C of each bearing [N]
-    alike : whether all bearings pass through the same loads in a turn of the output, as those of nominal parts do;
-        one turn of the crank then holds these loads, spread over the bearings
+    equal_bearings : whether all bearings pass through the same loads in a turn of the output, as those of nominal
+        parts do; one turn of the crank then holds these loads, spread over the bearings
 
     Raises
     ------
@@ -182,7 +182,7 @@ def crank_bearing_life(
     if not (math.isfinite(load_rating) and load_rating > 0.0):
         raise LoadError("load_rating", f"{load_rating} N", "is not positive", "give the dynamic load rating C")
     load = equivalent_load(sharing.stage.bearing_force)
-    if alike:
+    if equal_bearings:
         load = np.full_like(load, equivalent_load(load.ravel()))
     # A crank turns z_p times as fast against the disc as the output against the housing.
     speed_rpm = abs(output_speed) * sharing.case.drive.trochoid.pins * 30.0 / math.pi

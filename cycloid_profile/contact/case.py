@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass, field
 
 from cycloid_profile.arrays import FloatArray
-from cycloid_profile.contact.bodies import DiscCompliance
+from cycloid_profile.contact.bodies import DiscCompliance, Supports, stage_compliance
 from cycloid_profile.contact.laws import STEEL, ContactLaw, LineContact, Material, Roark
-from cycloid_profile.contact.mesh import mesh_cycle
+from cycloid_profile.contact.mesh import Meshing, mesh_cycle
 from cycloid_profile.errors import LoadError
 from cycloid_profile.geometry import Cranks, Drive, ToothProfile
 
@@ -26,11 +26,13 @@ class LoadCase:
     law : line-contact law
     disc_share : share of the torque that the classical scheme gives one disc
     disc_bodies : compliance of each elastic disc; empty for rigid discs
+    supports : what gives way behind pins and bearings, counted by ``StageEquilibrium`` alone; rigid unless given
 
     Raises
     ------
     LoadError
-        If the torque is zero or not finite, the share outside (0, 1], or ``disc_bodies`` not one a disc of this drive.
+        If the torque is zero or not finite, the share outside (0, 1], ``disc_bodies`` not one a disc of this drive, or
+        ``supports`` not of this drive.
     """
 
     drive: Drive
@@ -41,6 +43,7 @@ class LoadCase:
     law: ContactLaw = field(default_factory=Roark)
     disc_share: float = 0.55
     disc_bodies: tuple[DiscCompliance, ...] = ()
+    supports: Supports = field(default_factory=Supports)
 
     def __post_init__(self) -> None:
         if not math.isfinite(self.torque) or self.torque == 0.0:
@@ -62,11 +65,27 @@ class LoadCase:
                 "disc_bodies", len(self.disc_bodies), f"are not {self.drive.discs} discs of {wanted[0]} lobes and "
                 f"{wanted[1]} bearings", "make one for each disc of this drive",
             )  # fmt: skip
+        self.supports.check(self.drive)
 
     @property
     def compliance(self) -> float:
         """C_E = Σ(1 − μ²)/E [1/MPa]."""
         return self.disc_material.compliance + self.pin_material.compliance
+
+    @property
+    def elastic(self) -> bool:
+        """Whether discs or supports give way beyond contacts and bearings."""
+        return bool(self.disc_bodies or self.supports)
+
+    def body_compliance(self, meshing: Meshing) -> FloatArray:
+        """Compliance of discs and supports between all forces of a stage, shape (poses, forces, forces) [mm/N].
+
+        Order of the forces as in ``stage_compliance``; without forces where nothing is elastic.
+        """
+        found = stage_compliance(self.disc_bodies, meshing)
+        for one in self.supports.matrices(self.drive, meshing).values():
+            found = found + one if found.size else one
+        return found
 
     def cycle(self, poses: int) -> FloatArray:
         """Crank angles over the least turn after which the load repeats, evenly spaced, shape (poses,) [rad].

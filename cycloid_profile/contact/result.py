@@ -12,6 +12,7 @@ import numpy as np
 
 from cycloid_profile._display import Described, frame
 from cycloid_profile.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from cycloid_profile.contact.bodies import bearing_law, stage_compliance
 from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.contact.mesh import Meshing
 from cycloid_profile.units import ARCMIN, NEWTON_METRE
@@ -195,16 +196,56 @@ class LoadSharing(Described):
 
     @property
     def load(self) -> FloatArray:
-        """Forces that deform elastic discs, shape (poses, forces) [N]: of the pins, disc by disc, then both components
-        of each bearing in the housing frame; without columns for rigid discs.
+        """Forces that deform elastic discs and supports, shape (poses, forces) [N]: of the pins, disc by disc, then
+        both components of each bearing in the housing frame; without columns where all is rigid.
         """
         poses = len(self.force)
-        if not self.case.disc_bodies:
+        if not self.case.elastic:
             return np.zeros((poses, 0))
         assert self.stage is not None
         bearings = self.stage.bearing_force
         both = np.stack([bearings.real, bearings.imag], axis=-1)
         return np.concatenate([self.force.reshape(poses, -1), both.reshape(poses, -1)], axis=1)
+
+    @property
+    def receded_supports(self) -> dict[str, FloatArray]:
+        """How far each elastic support gives way at each pin, by name, shape (poses, discs, pins) [mm].
+
+        It is no part of ``receded`` and ``deformation``. Pillars give way at the bearings, so that theirs is zero.
+        """
+        pins = self.force[0].size
+        return {name: each[:, :pins].reshape(self.force.shape) for name, each in self._moved_supports().items()}
+
+    def _moved_supports(self) -> dict[str, FloatArray]:
+        """Displacements of each support by the forces on it, shape (poses, forces) [mm]."""
+        if self.stage is None or not self.case.supports:
+            return {}
+        parts = self.case.supports.matrices(self.case.drive, self.stage.meshing)
+        return {name: np.einsum("pij,pj->pi", one, self.load) for name, one in parts.items()}
+
+    @property
+    def rotation_by_part(self) -> dict[str, FloatArray]:
+        """Shares of the parts in ``rotation``, shape (poses,) [rad], signed: their sum is the rotation (Eq. 94).
+
+        By virtual work: forces in equilibrium with the torque times the deflections of each part. The clearance is the
+        rest: gaps and play that the load closes. Of a whole stage only.
+        """
+        assert self.stage is not None
+        support = self.case.drive.support
+        pressed = np.abs(self.stage.bearing_force)
+        beyond = bearing_law(support).displacement(pressed, support.bearing_play) - max(support.bearing_play, 0.0)
+        work = {
+            "contact": np.sum(self.force * self.approach, axis=(1, 2)),
+            "discs": np.zeros(len(self.force)),
+            "crank bearings": np.sum(pressed * beyond, axis=(1, 2)),
+        }
+        if self.case.disc_bodies:
+            moved = np.einsum("pij,pj->pi", stage_compliance(self.case.disc_bodies, self.stage.meshing), self.load)
+            work["discs"] = np.sum(moved * self.load, axis=1)
+        work |= {name: np.sum(moved * self.load, axis=1) for name, moved in self._moved_supports().items()}
+        found: dict[str, FloatArray] = {name: each / self.torque for name, each in work.items()}
+        clearance = self.rotation - np.sum(list(found.values()), axis=0)
+        return {"clearance": clearance, **found}
 
     @property
     def twist(self) -> FloatArray:

@@ -11,9 +11,9 @@ from cycloid_profile.arrays import FloatArray
 from cycloid_profile.effects import removal_between
 from cycloid_profile.geometry import ToothProfile
 
-_POINTS_PER_LOBE = 721
-_MOST_POINTS = 8001
-_POINTS_PER_SPACING = 2
+_POINTS_PER_LOBE = 721  # every half degree: shorter waves are given by ``_POINTS_PER_SPACING``
+_MOST_POINTS = 8001  # per lobe; bounds the memory for a wave of any number
+_POINTS_PER_SPACING = 2  # of a removal's own points: its extremes lie between them
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,7 @@ from cycloid_profile.correction._deviation import DeviationFigures
 from cycloid_profile.errors import GeometryError
 from cycloid_profile.units import UM
 
-LARGEST = 10.0 * UM
+LARGEST = 10.0 * UM  # first-order removals are exact to 0.03 µm up to here
 # Beyond this slope, path and wheel no longer touch at the intended points.
 MAX_SLOPE = 0.03  # mm of removal per mm of path
 

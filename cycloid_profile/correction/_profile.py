@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from cycloid_profile.arrays import FloatArray
-from cycloid_profile.geometry import NormalRemoval, RemovalJet, ToothProfile, Trochoid
+from cycloid_profile.geometry import NormalRemoval, RemovalDerivatives, ToothProfile, Trochoid
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,9 +29,9 @@ class NegatedRemoval:
     def corners(self) -> tuple[float, ...]:
         return self.of.corners
 
-    def jet(self, phase: FloatArray, side: FloatArray, trochoid: Trochoid) -> RemovalJet:
-        value, first, second = self.of.jet(phase, side, trochoid)
-        return RemovalJet(-value, -first, -second)
+    def derivatives(self, phase: FloatArray, side: FloatArray, trochoid: Trochoid) -> RemovalDerivatives:
+        value, first, second = self.of.derivatives(phase, side, trochoid)
+        return RemovalDerivatives(-value, -first, -second)
 
 
 def correction_profile(drawing: ToothProfile, tooth: ToothProfile) -> ToothProfile:

@@ -31,7 +31,7 @@ from cycloid_profile.geometry import ToothProfile
 from cycloid_profile.modification import MeasuredDeviation
 from cycloid_profile.units import UM
 
-_STEP = 1e-3
+_STEP = 1e-3  # of the width of a coordinate: a step of a linear propagation
 
 
 @dataclass(frozen=True, eq=False, repr=False)

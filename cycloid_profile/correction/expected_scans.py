@@ -14,7 +14,7 @@ from cycloid_profile.geometry import ToothProfile
 from cycloid_profile.measurement import PROFILE_SCAN
 from cycloid_profile.units import UM
 
-_ROUNDS = 12
+_ROUNDS = 12  # reweightings of Huber's fit, which converges linearly
 _PULL = 2.0  # standard deviations
 
 

@@ -7,7 +7,7 @@ from typing import Any
 from cycloid_profile.correction._limits import MAX_SLOPE
 from cycloid_profile.correction.correction_path import Correction
 from cycloid_profile.diagnosis import Diagnosis, effect_to_json, remainder_text, rounded_number
-from cycloid_profile.effects import table
+from cycloid_profile.effects import effect_to_table
 from cycloid_profile.units import DEGREE, UM
 
 
@@ -23,7 +23,7 @@ def correction_to_json(
         "verdict": diagnosis.verdict,
         "effects": [effect_to_json(one) for one in found.named],
         "known_effects": [
-            {"name": one.name, "parameters": {k: v for k, v in table(one).items() if k != "name"}}
+            {"name": one.name, "parameters": {k: v for k, v in effect_to_table(one).items() if k != "name"}}
             for one in found.known
         ],
         "remainder": None

@@ -1,35 +1,6 @@
 """From a spec to a finished design: checks, key figures, accuracy and tolerance record."""
 
-from cycloid_profile.design.checks import Check as Check
-from cycloid_profile.design.checks import CheckStatus as CheckStatus
-from cycloid_profile.design.checks import load_checks as load_checks
-from cycloid_profile.design.checks import shape_checks as shape_checks
-from cycloid_profile.design.checks import strength_checks as strength_checks
-from cycloid_profile.design.drive_accuracy import ACCURACY as ACCURACY
-from cycloid_profile.design.drive_accuracy import AS_BUILT as AS_BUILT
-from cycloid_profile.design.drive_accuracy import LOAD_SHARES as LOAD_SHARES
-from cycloid_profile.design.drive_accuracy import Accuracy as Accuracy
-from cycloid_profile.design.drive_accuracy import AsBuiltAccuracy as AsBuiltAccuracy
-from cycloid_profile.design.drive_accuracy import accuracy as accuracy
-from cycloid_profile.design.drive_accuracy import accuracy_as_built as accuracy_as_built
-from cycloid_profile.design.from_spec import as_built_reducer as as_built_reducer
-from cycloid_profile.design.from_spec import bearing_radius as bearing_radius
-from cycloid_profile.design.from_spec import conventional_profile as conventional_profile
-from cycloid_profile.design.from_spec import disc_outline as disc_outline
-from cycloid_profile.design.from_spec import drive_of as drive_of
-from cycloid_profile.design.from_spec import load_case as load_case
-from cycloid_profile.design.from_spec import output_speed as output_speed
-from cycloid_profile.design.key_figures import summary as summary
-from cycloid_profile.design.record import DesignRecord as DesignRecord
-from cycloid_profile.design.record import design_disc as design_disc
-from cycloid_profile.design.strength import CrankRollers as CrankRollers
-from cycloid_profile.design.strength import Strength as Strength
-from cycloid_profile.design.strength import strength_under_load as strength_under_load
-from cycloid_profile.design.tolerance_analysis import LEAST_BACKLASH as LEAST_BACKLASH
-from cycloid_profile.design.tolerance_analysis import PERCENTS as PERCENTS
-from cycloid_profile.design.tolerance_analysis import TighteningAdvice as TighteningAdvice
-from cycloid_profile.design.tolerance_analysis import ToleranceRecord as ToleranceRecord
-from cycloid_profile.design.tolerance_analysis import spec_limits as spec_limits
-from cycloid_profile.design.tolerance_analysis import spec_tolerances as spec_tolerances
-from cycloid_profile.design.tolerance_analysis import tolerance_record as tolerance_record
-from cycloid_profile.design.tolerance_analysis import with_tolerance_values as with_tolerance_values
+import lazy_loader as _lazy
+
+# Names are declared in __init__.pyi and imported when first used: a diagnosis needs no tolerance study.
+__getattr__, __dir__, __all__ = _lazy.attach_stub(__name__, __file__)

@@ -16,10 +16,10 @@ from cycloid_profile.design.strength import Strength
 from cycloid_profile.geometry import Drive, ToothProfile, modification_sizes, undercut_limit
 from cycloid_profile.units import ARCMIN, DEGREE, UM
 
-THIN_WEB = 1.0  # mm
+THIN_WEB = 1.0  # mm; a thinner one distorts in hardening
 # Share of the largest force below which a contact at an edge is harmless.
 ACTIVE = 0.01
-EDGE_DEGREES = 3.0
+EDGE_DEGREES = 3.0  # of ψ from root or tip, where a form error of the edge decides the contact
 # Share of the pins on the loaded flank; with fewer, the error of one pin determines the load of all.
 LEAST_SHARING = 0.2
 

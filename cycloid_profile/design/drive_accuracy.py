@@ -26,6 +26,7 @@ from cycloid_profile.rig import (
 )
 from cycloid_profile.units import ARCMIN, ARCSEC, DEGREE, NEWTON_METRE
 
+# Shares of the rated torque: those of lost motion, and steps about 1, 2, 5 up to the rated torque.
 LOAD_SHARES = (-1.0, -0.5, -0.2, -0.1, -LOST_MOTION_SHARE, LOST_MOTION_SHARE, 0.1, 0.2, 0.5, 1.0)
 _RIGIDITY = FigureRow("torsional_rigidity_nm_per_arcmin", "torsional rigidity, 50–100 %", "N·m/′")
 _TRANSMISSION_ERROR = FigureRow("transmission_error_arcsec", "transmission error, rated torque", "″")
@@ -33,7 +34,7 @@ ACCURACY = (
     FigureRow("backlash_arcmin", "backlash, crank held", "′", "zero torque, worst of a mesh cycle"),
     FigureRow("backlash_input_locked_arcmin", "backlash, input held", "′", "zero torque"),
     FigureRow("lost_motion_arcmin", "lost motion at ±3 % torque", "′", "input held"),
-    _RIGIDITY._replace(note="mesh and bearings only"),
+    _RIGIDITY._replace(note="mesh, crank bearings, and discs where elastic"),
     _TRANSMISSION_ERROR._replace(note="peak to peak, nominal parts"),
 )
 AS_BUILT = (

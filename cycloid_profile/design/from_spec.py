@@ -14,10 +14,11 @@ from cycloid_profile.contact.bodies import DiscCompliance, disc_compliance, read
 from cycloid_profile.contact.disc import Classical, Equilibrium
 from cycloid_profile.contact.laws import LAWS, Material
 from cycloid_profile.contact.stage import StageEquilibrium
-from cycloid_profile.effects import AsBuiltReducer, Effect, build, effect
+from cycloid_profile.design.crank_rollers import carried_by_rollers, on_rollers
+from cycloid_profile.design.supports_of_spec import supports_of
+from cycloid_profile.effects import AsBuiltReducer, Effect, apply_effects, effect_from_table
 from cycloid_profile.errors import CompensationError, GeometryError, LoadError, SolveError, SpecError
 from cycloid_profile.geometry import (
-    Arc,
     CentralEccentric,
     Contour,
     Cranks,
@@ -28,9 +29,9 @@ from cycloid_profile.geometry import (
     Trochoid,
     circular_contour,
     keyed_bore,
-    least_web,
     ring_of_holes,
     ring_of_windows,
+    thinnest_web,
 )
 from cycloid_profile.modification import Equidistant, FlankRotation, RadialMoving, modify
 from cycloid_profile.spec.model import DiscSpec, MaterialSpec, Spec
@@ -49,6 +50,11 @@ _KEYS = {
     "windows.corner_radius": "disc.windows.corner_radius_mm",
     "keyway.width": "disc.keyway.width_mm",
     "keyway.corner_radius": "disc.keyway.corner_radius_mm",
+    "pin seat: length": "drive.pin_seat.length_mm",
+    "pin seat: span": "drive.pin_seat.span_mm",
+    "ring: outer_radius": "drive.ring.outer_radius_mm",
+    "ring: waves": "drive.ring.waves",
+    "pillars": "drive.pillars",
 }
 
 _SOLVERS: dict[str, LoadSharingSolver] = {
@@ -60,11 +66,19 @@ _SOLVERS: dict[str, LoadSharingSolver] = {
 STEEL_FATIGUE_LIMIT = 1500.0
 # Rated torque of an RV-40E per pin circle² × width × discs × modulus: a first guess where none is given.
 _TORQUE_PER_SIZE = 412e3 / (64.0**2 * 11.5 * 2 * 206e3)
-_LARGEST_DELTA_UM = 1000.0
+_LARGEST_DELTA_UM = 1000.0  # a millimetre is a mistyped unit, not a deformation
 
 
 def drive_of(spec: Spec) -> Drive:
-    """The nominal drive. Raises ``GeometryError`` with the key's name where it cannot exist."""
+    """The nominal drive.
+
+    Raises
+    ------
+    GeometryError
+        With the key's name where it cannot exist.
+    LoadError, SpecError
+        With the key's name where its crank bearings cannot exist.
+    """
     d = spec.drive
     holder = d.eccentric if d.cranks is None else d.cranks
     bearing = (holder.bearing_stiffness_n_per_mm, holder.bearing_play_um * UM)
@@ -74,7 +88,7 @@ def drive_of(spec: Spec) -> Drive:
     stage = d.first_stage
     first_stage = None if stage is None else InvoluteStage(stage.sun_teeth, stage.planet_teeth, stage.module_mm)
     with _key_names():
-        return Drive(
+        drive = Drive(
             trochoid=Trochoid(d.pins, d.pin_circle_radius_mm, d.eccentricity_mm),
             pin_radius=d.pin_radius_mm,
             disc_width=d.disc_width_mm,
@@ -82,6 +96,10 @@ def drive_of(spec: Spec) -> Drive:
             support=support,
             first_stage=first_stage,
         )
+    if not carried_by_rollers(spec):
+        return drive
+    outline = disc_outline(spec, drive, drive.theoretical_profile)
+    return replace(drive, support=on_rollers(spec, support, outline, _material(spec.materials.disc)))
 
 
 def conventional_profile(spec: Spec, drive: Drive) -> ToothProfile:
@@ -114,6 +132,7 @@ def load_case(spec: Spec, drive: Drive, profile: ToothProfile) -> LoadCase:
             # Load share of one disc in the classical scheme.
             disc_share=min(1.0, 1.1 / spec.drive.discs) if spec.load.disc_share is None else spec.load.disc_share,
             disc_bodies=disc_bodies(spec, drive),
+            supports=supports_of(spec, drive, rated_torque(spec)),
         )
 
 
@@ -138,7 +157,7 @@ def disc_bodies(spec: Spec, drive: Drive) -> tuple[DiscCompliance, ...]:
         return (one,) * drive.discs
     material = _material(spec.materials.disc)
     outline = disc_outline(spec, drive, drive.theoretical_profile)
-    # The carrier holds the openings of all discs alike, the eccentrics turn their teeth.
+    # The openings of all discs are aligned by the carrier; the eccentrics rotate the teeth relative to them.
     turned = 2.0 * math.pi / (drive.discs * drive.trochoid.lobes)
     try:
         return tuple(
@@ -180,11 +199,11 @@ def reducer_with_effects(spec: Spec, case: LoadCase) -> AsBuiltReducer:
     effects: list[Effect] = []
     for i, table in enumerate(spec.effects):
         try:
-            effects.append(effect(table))
+            effects.append(effect_from_table(table))
         except SpecError as error:
             raise error.renamed(f"effects[{i + 1}]: {error.what}") from None
     try:
-        return build(case, effects)
+        return apply_effects(case, effects)
     except GeometryError as error:
         raise SpecError(f"effects: {error.what}", error.value, error.limit, "take smaller effects") from None
 
@@ -272,18 +291,9 @@ def _output_openings(disc: DiscSpec) -> tuple[Contour, ...]:
     return found
 
 
-def bearing_radius(outline: DiscOutline) -> float:
-    """Seat radius of a crank bearing: that of a crank hole, or of the bore of a central eccentric [mm]."""
-    held = [hole.radius for hole in outline.holes if hole.name.startswith("crank hole")]
-    for contour in outline.contours:
-        if contour.name == "bore":
-            held += [arc.radius for arc in contour.segments if isinstance(arc, Arc) and arc.centre == 0j]
-    return held[0] if held else 0.0
-
-
 def thinnest_wall(outline: DiscOutline) -> tuple[float, str]:
     """The thinnest wall [mm] and its place. Raises ``SpecError`` if holes cut into each other or the teeth."""
-    wall, place = least_web(outline)
+    wall, place = thinnest_web(outline)
     if wall <= 0.0:
         raise SpecError(
             f"disc: wall between {place}", f"{wall:.3f} mm", "is not above zero", "make the holes smaller or move them"

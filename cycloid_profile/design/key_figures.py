@@ -7,11 +7,13 @@ from typing import Any
 import numpy as np
 
 from cycloid_profile._display import finite
-from cycloid_profile.contact import LoadSharing, LossRange, sliding_speed
+from cycloid_profile.contact import LoadSharing, LossRange, first_order_backlash, sliding_speed
 from cycloid_profile.design.checks import strength_checks
 from cycloid_profile.design.from_spec import output_speed
 from cycloid_profile.design.record import DesignRecord
+from cycloid_profile.design.strength import bearing_stiffness
 from cycloid_profile.geometry import least_radii, modification_sizes, undercut_limit
+from cycloid_profile.modification import pair_ratios, rotation_to_backlash
 from cycloid_profile.units import ARCMIN, NEWTON_METRE, UM
 
 
@@ -44,10 +46,13 @@ def summary(record: DesignRecord) -> dict[str, Any]:
         "classical": _sharing(record.classical),
         "equilibrium": _sharing(record.equilibrium),
         "under_load": _under_load(record),
+        "modification": _modification(record),
         "compensation": {
             "applied": compensation is not None,
             "load_share": spec.modification.compensation_load_share,
             "delta_max_um": 0.0 if compensation is None else compensation.delta_max / UM,
+            "delta_max_least_um": 0.0 if compensation is None else compensation.delta_max_least / UM,
+            "delta_max_largest_um": 0.0 if compensation is None else compensation.delta_max_largest / UM,
             "solver": given if sharing is None else sharing.solver,
             "rounds": 0 if compensation is None else len(compensation.history),
             "backlash_change_arcmin": 0.0 if compensation is None else compensation.backlash_change / ARCMIN,
@@ -65,6 +70,28 @@ def summary(record: DesignRecord) -> dict[str, Any]:
         "effects": [effect["name"] for effect in spec.effects],
         "as_built": None if record.as_built is None else record.as_built.figures(),
         "failures": list(record.failures),
+        **({"supports": _supports(record.under_load)} if record.case.supports else {}),
+    }
+
+
+def _modification(record: DesignRecord) -> dict[str, Any]:
+    """Amounts of the set-up, and the backlash that they make to first order, before deformation compensation.
+
+    The ratio of the amounts tells the pair: near ``conjugate_ratio`` many pins share the load at the price of backlash,
+    near ``zero_backlash_ratio`` it is the other way round.
+    """
+    m, (conjugate, zero) = record.spec.modification, pair_ratios(record.drive.trochoid)
+    turned = rotation_to_backlash(m.rotation_arcmin * ARCMIN)
+    play = first_order_backlash(record.drive, m.equidistant_um * UM, m.radial_moving_um * UM) + turned
+    return {
+        "equidistant_um": m.equidistant_um,
+        "radial_moving_um": m.radial_moving_um,
+        "rotation_arcmin": m.rotation_arcmin,
+        "radial_clearance_um": m.equidistant_um + m.radial_moving_um,
+        "backlash_arcmin": play / ARCMIN,
+        "ratio": m.radial_moving_um / m.equidistant_um if m.equidistant_um else None,
+        "conjugate_ratio": conjugate,
+        "zero_backlash_ratio": zero,
     }
 
 
@@ -77,6 +104,25 @@ def _sharing(sharing: LoadSharing) -> dict[str, Any]:
         "iterations": sharing.iterations,
         "residual": finite(sharing.max_residual),
         "status": sharing.status.value,
+    }
+
+
+def _supports(loaded: LoadSharing) -> dict[str, Any]:
+    """Elastic supports under rated torque, apart from contact and discs: stiffness, recession, shares of the turn."""
+    supports = loaded.case.supports
+    seats, ring, pillars = supports.seats, supports.ring, supports.pillars
+    stiffness = None if pillars is None else 1.0 / pillars.compliance if pillars.compliance else None
+    return {
+        "elastic": list(supports.names),
+        "seat_half_width_mm": None if seats is None or not seats.contact else seats.half_width,
+        "pin_um_per_kn": None if seats is None else float(np.max(seats.compliance())) * 1e3 / UM,
+        "ring_outer_radius_mm": None if ring is None else ring.outer_radius,
+        "ring_um_per_kn_by_waves": None
+        if ring is None
+        else [float(ring.wave_compliance(k)[0, 0]) * 1e3 / UM for k in range(ring.waves + 1)],
+        "pillars_nm_per_arcmin": None if stiffness is None else stiffness * ARCMIN / NEWTON_METRE,
+        "largest_recession_um": {name: float(np.max(each)) / UM for name, each in loaded.receded_supports.items()},
+        "rotation_arcmin": {name: float(np.mean(each)) / ARCMIN for name, each in loaded.rotation_by_part.items()},
     }
 
 
@@ -106,6 +152,7 @@ def _under_load(record: DesignRecord) -> dict[str, Any]:
     contact = record.case.line_contact(loaded.curvature)
     slide = sliding_speed(drive, loaded.phase, output_speed(record.spec))
     stiffness = loaded.torsional_stiffness * ARCMIN / NEWTON_METRE
+    most = float(np.max(np.abs(loaded.stage.bearing_force)))
     return {
         "max_force_n": loaded.max_force,
         "max_pressure_mpa": loaded.max_pressure,
@@ -115,7 +162,8 @@ def _under_load(record: DesignRecord) -> dict[str, Any]:
         "fewest_loaded_pins": loaded.fewest_loaded_pins,
         "twist_arcmin": float(np.mean(np.abs(loaded.twist))) / ARCMIN,
         "torsional_stiffness_nm_per_arcmin": float(np.mean(stiffness)),
-        "max_bearing_force_n": float(np.max(np.abs(loaded.stage.bearing_force))),
+        "max_bearing_force_n": most,
+        **bearing_stiffness(loaded.case.drive.support, most).figures(),
         "output_speed_rpm": record.spec.load.output_speed_rpm,
         "max_sliding_speed_mm_per_s": float(np.max(np.where(loaded.loaded, slide, 0.0))),
         "mesh_loss_w": record.losses.mesh,

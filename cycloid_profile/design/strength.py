@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,37 +19,48 @@ from cycloid_profile.contact import (
     pin_stress,
     reference_viscosity,
 )
-from cycloid_profile.design.from_spec import allowable_pressure, bearing_radius, output_speed
-from cycloid_profile.errors import LoadError
-from cycloid_profile.geometry import DiscOutline
+from cycloid_profile.contact.bodies import RollerBearing, bearing_law
+from cycloid_profile.design.crank_rollers import CrankRollers, crank_rollers
+from cycloid_profile.design.from_spec import allowable_pressure, output_speed
+from cycloid_profile.geometry import CentralEccentric, Cranks, DiscOutline
 from cycloid_profile.spec.model import Spec
-
-# Proportions of needle roller and cage assemblies of medium load, such as 20 × 26 × 13 mm with rollers of 3 mm.
-ROLLER_DIAMETER_PER_HOLE_RADIUS = 0.23
-ROLLER_LENGTH_PER_WIDTH = 0.75
-ROLLER_PITCH_PER_DIAMETER = 1.5
-
-_KEYS = {
-    "rollers: count": "drive.crank_bearing.roller_count",
-    "rollers: diameter": "drive.crank_bearing.roller_diameter_mm",
-    "rollers: length": "drive.crank_bearing.roller_length_mm",
-}
+from cycloid_profile.units import UM
 
 
 @dataclass(frozen=True, slots=True)
-class CrankRollers:
-    """``rollers`` of a crank bearing, and which of their sizes the spec leaves open: ``assumed``, empty for none."""
+class BearingStiffness:
+    """Crank bearing under a force [N]: ``model`` rollers or spring; ``play``, ``displacement`` [mm]; ``tangent`` dF/dr
+    [N/mm]; ``passage`` of rollers, their change of force with the angle of the cage, None for a spring.
+    """
 
-    rollers: RollerSet
-    assumed: tuple[str, ...]
+    model: str
+    force: float
+    play: float
+    displacement: float
+    tangent: float
+    passage: float | None
 
-    @property
-    def assumption(self) -> str:
-        """The assumed sizes as a clause, empty where all are given."""
-        if not self.assumed:
-            return ""
-        r = self.rollers
-        return f"{r.count} rollers of {r.diameter:.3g} mm × {r.length:.3g} mm ({', '.join(self.assumed)} assumed)"
+    def figures(self) -> dict[str, Any]:
+        """Key figures by JSON key; the clearance is diametral, as in ISO 5753-1."""
+        return {
+            "crank_bearing_model": self.model,
+            "crank_bearing_clearance_um": 2.0 * self.play / UM,
+            "crank_bearing_displacement_um": finite(self.displacement / UM),
+            "crank_bearing_stiffness_n_per_mm": finite(self.tangent),
+            "roller_passage_variation": None if self.passage is None else finite(self.passage),
+        }
+
+
+def bearing_stiffness(support: Cranks | CentralEccentric, force: float) -> BearingStiffness:
+    """The bearings of a support under a radial ``force`` ≥ 0 [N]."""
+    law, play = bearing_law(support), support.bearing_play
+    moved = float(law.displacement(force, play))
+    tangent = float(law.response(moved, play).tangent)
+    if not isinstance(law, RollerBearing):
+        return BearingStiffness("spring", force, play, moved, tangent, None)
+    # The spring in series carries the same force and is no part of the rollers' own displacement.
+    passage = law.passage_variation(moved - law.compliance * force, play)
+    return BearingStiffness("rollers", force, play, moved, tangent, passage)
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -124,7 +133,7 @@ def strength_under_load(spec: Spec, under_load: LoadSharing, outline: DiscOutlin
     steel = under_load.case.disc_material.is_steel
     estimated = None if held is None or not steel else held.rollers.dynamic_load_rating
     rating = estimated if given is None else given
-    life = None if rating is None else crank_bearing_life(under_load, output_speed(spec), rating, alike=True)
+    life = None if rating is None else crank_bearing_life(under_load, output_speed(spec), rating, equal_bearings=True)
     kappa = math.nan if held is None else _viscosity_ratio(spec, held.rollers)
     factor = math.nan if held is None or life is None else _life_factor(spec, held.rollers, life, kappa)
     return Strength(
@@ -138,23 +147,6 @@ def strength_under_load(spec: Spec, under_load: LoadSharing, outline: DiscOutlin
         modified_life_h=math.nan if life is None else factor * life.least_life_h,
         pressure_limit=allowable_pressure(spec),
     )
-
-
-def crank_rollers(spec: Spec, outline: DiscOutline) -> CrankRollers | None:
-    """Rollers between crank and disc; sizes that the spec leaves out are assumed. None without a round seat."""
-    given, hole = spec.drive.crank_bearing, bearing_radius(outline)
-    if hole <= 0.0:
-        return None
-    sizes = {
-        "diameter": given.roller_diameter_mm or ROLLER_DIAMETER_PER_HOLE_RADIUS * hole,
-        "length": given.roller_length_mm or ROLLER_LENGTH_PER_WIDTH * spec.drive.disc_width_mm,
-    }
-    pitch_diameter = 2.0 * hole - sizes["diameter"]
-    count = given.roller_count or int(math.pi * pitch_diameter / (ROLLER_PITCH_PER_DIAMETER * sizes["diameter"]))
-    named = {"count": given.roller_count, "diameter": given.roller_diameter_mm, "length": given.roller_length_mm}
-    with _key_names():
-        rollers = RollerSet(count, sizes["diameter"], sizes["length"], pitch_diameter)
-    return CrankRollers(rollers, tuple(name for name, value in named.items() if value is None))
 
 
 def _viscosity_ratio(spec: Spec, rollers: RollerSet) -> float:
@@ -171,12 +163,3 @@ def _life_factor(spec: Spec, rollers: RollerSet, life: BearingLife, viscosity_ra
         return math.nan
     load_ratio = spec.load.contamination_factor * rollers.fatigue_load_limit / float(np.max(life.equivalent_load))
     return life_factor(viscosity_ratio, load_ratio)
-
-
-@contextmanager
-def _key_names() -> Iterator[None]:
-    """Name an impossible roller by the key of the spec file."""
-    try:
-        yield
-    except LoadError as error:
-        raise error.renamed(_KEYS.get(error.what, error.what)) from None

@@ -13,8 +13,8 @@ from cycloid_profile.diagnosis.json_output import effect_to_json as effect_to_js
 from cycloid_profile.diagnosis.json_output import p_value_text as p_value_text
 from cycloid_profile.diagnosis.json_output import rounded_number as rounded_number
 from cycloid_profile.diagnosis.nearest_effects import NearestEffect as NearestEffect
-from cycloid_profile.diagnosis.plan import Visibility as Visibility
-from cycloid_profile.diagnosis.plan import visibility as visibility
+from cycloid_profile.diagnosis.plan import Detectability as Detectability
+from cycloid_profile.diagnosis.plan import detectability as detectability
 from cycloid_profile.diagnosis.recording import Recording as Recording
 from cycloid_profile.diagnosis.recording import record as record
 from cycloid_profile.diagnosis.remainder import Remainder as Remainder

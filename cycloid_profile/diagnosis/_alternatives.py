@@ -25,9 +25,9 @@ _RESCORED_PLACES = 6  # locations of the same effect
 # With few pins in contact, linear equations misjudge effects that load further pins. A loop has one pose, so the exact
 # model is cheap and evaluates more alternatives.
 _RESCORED_OF_LOOPS = 15
-_PLACES_OF_LOOPS = 3
+_PLACES_OF_LOOPS = 3  # locations of one name: on a loop they differ little
 _REACH_OF_CURVES = 40.0  # half chi²
-_STEPS = 4
+_STEPS = 4  # of a replaced member: the others start at their optimum
 
 
 def named_effects(
@@ -36,15 +36,15 @@ def named_effects(
     """Members of the best set with sizes fitted to all rows, each with its alternatives."""
     progress("evaluating alternatives to the named effects")
     best, state = found.best, everything.at(final)
-    final = everything.with_noise_left(final)
+    final = everything.with_residual_noise(final)
     about_best = normal_equations(state.blocks, found.library.candidates)
     described = []
     for i, member in enumerate(best.members):
         group = _group(found, about_best, i, progress)
-        rivals = [c for c in group if c.name != member.name]
+        alternatives = [c for c in group if c.name != member.name]
         # Linearised on the reducer with its effects, because some effects vanish to first order about the nominal
         # geometry.
-        by = separating_measurement(state.reducer, everything.recordings, member, rivals, progress)
+        by = separating_measurement(state.reducer, everything.recordings, member, alternatives, progress)
         without = [c for j, c in enumerate(best.members) if j != i]
         described.append(
             NamedEffect(
@@ -63,13 +63,13 @@ def named_effects(
 def location_notes(effects: Sequence[NamedEffect]) -> list[str]:
     """One sentence for each other location that fits as well."""
     return [
-        f"{one.candidate.name} {_words(other)} fits as well: these files do not separate them"
+        f"{one.candidate.name} {_location_text(other)} fits as well: these files do not separate them"
         for one in effects
         for other in one.other_locations
     ]
 
 
-def _words(place: SizedEffect) -> str:
+def _location_text(place: SizedEffect) -> str:
     parts = [
         f"of all {key}s" if value is None else f"of {key.replace('_', ' ')} {value:g}"
         for key, value in place.candidate.choice.items()
@@ -126,27 +126,27 @@ def _group(
     others = [m for j, m in enumerate(best.members) if j != member]
     for rescored in found.rescored:
         # Sets fitted during the search also belong to the group if they fit as well.
-        rival = rescored.remaining_member(others)
-        if rival is None or rival.name == mine.name or rescored.implausible:
+        alternative = rescored.remaining_member(others)
+        if alternative is None or alternative.name == mine.name or rescored.implausible:
             continue
         if _fit_of(rescored) >= _fit_of(best) - DISTINGUISHED:
-            group.setdefault(rival.name, rival)
+            group.setdefault(alternative.name, alternative)
     names, at_places, reach = _RESCORED_SWAPS, 1, DISTINGUISHED
     if found.model.only_loops:
         names, at_places, reach = _RESCORED_OF_LOOPS, _PLACES_OF_LOOPS, _REACH_OF_CURVES
     evaluated: list[tuple[int, float]] = []
     tried: Counter[Variety] = Counter()
     for i, deficit in swaps(found, member, reach):
-        rival = library.candidates[i]
-        if rival.name in group or tried[rival.variety] >= at_places:
+        alternative = library.candidates[i]
+        if alternative.name in group or tried[alternative.variety] >= at_places:
             continue
         asked = {one for one, *_ in tried}
-        if rival.name in asked or len(asked) < names:
+        if alternative.name in asked or len(asked) < names:
             # The exact model evaluates the nearest alternatives, linear equations the rest.
-            tried[rival.variety] += 1
+            tried[alternative.variety] += 1
             evaluated.append((i, deficit))
         elif deficit < DISTINGUISHED:
-            group[rival.name] = rival
+            group[alternative.name] = alternative
     if evaluated:
         progress(f"alternatives: {', '.join(dict.fromkeys(library.candidates[i].name for i, _ in evaluated))}")
     for (i, deficit), optimum in zip(evaluated, _swapped(found, member, evaluated), strict=True):
@@ -169,22 +169,22 @@ def _at_other_locations(found: SearchResult, member: int, progress: Callable[[st
     return tuple(SizedEffect(one.members[-1], one.coordinates(-1), one.covariance_of(-1)) for one in standing)
 
 
-def _swapped(found: SearchResult, member: int, rivals: Sequence[tuple[int, float]]) -> list[Optimum | None]:
-    """The best set with one member replaced by each rival, the rival last, on the exact model."""
+def _swapped(found: SearchResult, member: int, alternatives: Sequence[tuple[int, float]]) -> list[Optimum | None]:
+    """The best set with one member replaced by each alternative, the alternative last, on the exact model."""
     others = [m for j, m in enumerate(found.best.members) if j != member]
     optima = []
-    for i, deficit in rivals:
+    for i, deficit in alternatives:
         members = (*others, found.library.candidates[i])
         known = [o for o in found.rescored if {id(m) for m in o.members} == {id(m) for m in members} and o.converged]
-        # A rival that fits worse in linear equations is abandoned as soon as it cannot reach the best set.
+        # An alternative that fits worse in linear equations is abandoned as soon as it cannot reach the best set.
         beat = math.inf if deficit < DISTINGUISHED else found.best.misfit
         attempt = Attempt(members, found.start(members), steps=_STEPS, beat=beat)
         prior = found.library.prior(members)
-        optima.append(_last(known[0], members[-1]) if known else found.model.optimum(attempt, prior))
+        optima.append(_member_last(known[0], members[-1]) if known else found.model.optimum(attempt, prior))
     return optima
 
 
-def _last(optimum: Optimum, member: Candidate) -> Optimum:
+def _member_last(optimum: Optimum, member: Candidate) -> Optimum:
     """The same optimum with ``member`` moved to the last position."""
     order = sorted(range(len(optimum.members)), key=lambda i: optimum.members[i] is member)
     where = coordinates(order)
@@ -197,13 +197,13 @@ def _last(optimum: Optimum, member: Candidate) -> Optimum:
     )
 
 
-def _fits_as_well(best: Optimum, rival: Optimum | None, deficit: float) -> bool:
-    """Whether a rival fits as well as the best set; ``deficit`` is its deficit in linear equations, half chi².
+def _fits_as_well(best: Optimum, alternative: Optimum | None, deficit: float) -> bool:
+    """Whether an alternative fits as well as the best set; ``deficit`` is its deficit in linear equations, half chi².
 
-    A rival whose fit did not converge counts as equal if its linear deficit is below ``DISTINGUISHED``.
+    An alternative whose fit did not converge counts as equal if its linear deficit is below ``DISTINGUISHED``.
     """
-    if rival is None or rival.implausible or _fit_of(rival) < _fit_of(best) - DISTINGUISHED:
-        return deficit < DISTINGUISHED and not (rival is not None and rival.converged)
+    if alternative is None or alternative.implausible or _fit_of(alternative) < _fit_of(best) - DISTINGUISHED:
+        return deficit < DISTINGUISHED and not (alternative is not None and alternative.converged)
     return True
 
 
@@ -242,7 +242,7 @@ def swaps(
 
 
 def _fit(equations: NormalEquations, members: Sequence[int]) -> float:
-    """Half the fall of chi² by a set, including the prior term."""
+    """Half the reduction of chi² by a set, including the prior term."""
     where = coordinates(members)
     u, _ = estimate(equations, members)
     return float(0.5 * u @ equations.b[where]) if len(members) else 0.0

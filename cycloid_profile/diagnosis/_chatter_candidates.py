@@ -26,7 +26,7 @@ from cycloid_profile.measurement import PROFILE_SCAN
 _LEAST_SHARE = 0.5
 # Share of the initial gap, squared: below it lies the simulation error of large effects.
 _LEAST_OF_GAP = 0.02**2
-_BESIDE = 4  # other effects fitted together with a wave
+_FITTED_TOGETHER = 4  # other effects fitted together with a wave
 
 
 def significant_chatter(model: ExactModel, best: Optimum | None = None) -> list[Candidate]:
@@ -41,7 +41,7 @@ def significant_chatter(model: ExactModel, best: Optimum | None = None) -> list[
     turns, found = not (model.only_scans or model.only_loops), list[Candidate]()
     for block in state.blocks:
         if block.residuals.recording.kind is PROFILE_SCAN:
-            waves = chatter_peaks(block, _left(block, members))
+            waves = chatter_peaks(block, _residual_after_fit(block, members))
             discs = (block.residuals.recording.disc + 1, None) if turns else (block.residuals.recording.disc + 1,)
             fresh = [n for n in waves if all(abs(n - other) > 1.0 for other in known)]
             found += [chatter(n, disc) for n in fresh for disc in discs]
@@ -79,7 +79,7 @@ def with_waves_given_others(
     for one in ranked_singles:
         if len(one.members) == 1 and {one.members[0].name} != others:
             unlike.setdefault(one.members[0].name, one)
-    for one in list(unlike.values())[:_BESIDE]:
+    for one in list(unlike.values())[:_FITTED_TOGETHER]:
         fitted = model.optimum(Attempt(one.members, one.u), library.prior(one.members))
         if fitted is not None and not fitted.implausible:
             library, more = with_masked_waves(model, library, fitted)
@@ -100,7 +100,7 @@ def with_refitted_waves(model: ExactModel, library: Library, best: Optimum) -> t
     for i, member in enumerate(members):
         if member.name != "grinding_chatter":
             continue
-        others, state = _without(model, best, i)
+        others, state = _state_without(model, best, i)
         waves, disc = float(member.choice["waves_per_turn"]), member.choice.get("disc")
         refitted = waves if state is None else _refitted_waves(state, others, waves, disc)
         if refitted != waves:
@@ -119,7 +119,7 @@ def with_alternative_waves(model: ExactModel, library: Library, best: Optimum) -
         disc = member.choice.get("disc")
         if not _unscanned_wave(model, member):
             continue
-        others, state = _without(model, best, i)
+        others, state = _state_without(model, best, i)
         if state is not None:
             peaks = UnscannedWaves(state.blocks, others, disc).strongest()
             known = float(member.choice["waves_per_turn"])
@@ -127,7 +127,7 @@ def with_alternative_waves(model: ExactModel, library: Library, best: Optimum) -
     return library
 
 
-def _without(model: ExactModel, best: Optimum, i: int) -> tuple[list[Candidate], State | None]:
+def _state_without(model: ExactModel, best: Optimum, i: int) -> tuple[list[Candidate], State | None]:
     """The other members of the best set, and the state with these members only."""
     others = [member for j, member in enumerate(best.members) if j != i]
     return others, model.state(others, np.delete(best.u, [2 * i, 2 * i + 1]))
@@ -138,7 +138,7 @@ def _refitted_waves(state: State, others: Sequence[Candidate], waves: float, dis
     for block in state.blocks:
         recording = block.residuals.recording
         if recording.kind is PROFILE_SCAN and disc in (None, recording.disc + 1):
-            return peak_near(block, waves, _left(block, others))
+            return peak_near(block, waves, _residual_after_fit(block, others))
     return UnscannedWaves(state.blocks, others, disc).near(waves) if unscanned(state.blocks) else waves
 
 
@@ -161,7 +161,7 @@ def _under_pins(model: ExactModel, state: State, members: Sequence[Candidate]) -
     return [chatter(peak.waves, peak.disc) for peak in peaks if peak.power > highest - AS_GOOD]
 
 
-def _left(block: Whitened, members: Sequence[Candidate]) -> FloatArray:
+def _residual_after_fit(block: Whitened, members: Sequence[Candidate]) -> FloatArray:
     """Whitened residual of a file after a free fit of ``members`` and nuisances."""
     z = block.projected(block.z)
     if not members:

@@ -8,14 +8,14 @@ from cycloid_profile.arrays import ComplexArray, FloatArray
 from cycloid_profile.diagnosis._noise import sidak
 from cycloid_profile.diagnosis._normal_equations import Whitened
 
-LEAST_WAVES = 13
+LEAST_WAVES = 13  # one more than the orders of form that ``detection`` tests one by one
 PEAK = 0.01  # probability that noise alone produces a peak
 _APART = 2.0  # least distance of two peaks, in waves
 _TOGETHER = 64  # waves evaluated in one block
 
 
 def chatter_spectrum(block: Whitened, z: FloatArray | None = None) -> tuple[FloatArray, FloatArray]:
-    """Numbers of waves round the disc in steps of one half, and the fall of chi² by each wave.
+    """Numbers of waves round the disc in steps of one half, and the reduction of chi² by each wave.
 
     Fewer than ``LEAST_WAVES`` waves are form errors.
     """
@@ -46,7 +46,7 @@ def peak_near(block: Whitened, waves: float, z: FloatArray) -> float:
 
 
 def wave_power(block: Whitened, grid: FloatArray, z: FloatArray | None = None) -> FloatArray:
-    """Fall of chi² by evenly spaced numbers of waves, shape of ``grid``."""
+    """Reduction of chi² by evenly spaced numbers of waves, shape of ``grid``."""
     z = block.projected(block.z) if z is None else z
     if block.residuals.recording.noise.rho == 0.0:
         return power_in_white_noise(block, grid, z)
@@ -63,7 +63,7 @@ def power_one_by_one(block: Whitened, grid: FloatArray, z: FloatArray) -> FloatA
         w = block.white(wave)
         along[k], across[k], length[k] = z @ w, np.sum(w * w), np.sum(np.abs(w) ** 2)
         wave = wave * step
-    return fall_of_chi2(along, across, length, z.size)
+    return chi2_reduction(along, across, length, z.size)
 
 
 def power_in_white_noise(block: Whitened, grid: FloatArray, z: FloatArray) -> FloatArray:
@@ -75,11 +75,11 @@ def power_in_white_noise(block: Whitened, grid: FloatArray, z: FloatArray) -> Fl
     apart = np.stack([block.residuals.waves(first + step * k)[block.chosen] for k in blocks])
     along = ((apart * z) @ within).ravel()[: grid.size] / sigma
     across = ((apart * apart) @ (within * within)).ravel()[: grid.size] / sigma**2
-    return fall_of_chi2(along, across, np.full(grid.size, z.size / sigma**2), z.size)
+    return chi2_reduction(along, across, np.full(grid.size, z.size / sigma**2), z.size)
 
 
-def fall_of_chi2(along: ComplexArray, across: ComplexArray, length: FloatArray, rows: int) -> FloatArray:
-    """Fall of chi² by cosine and sine together, from sums of z·wave, of wave² and of |wave|²."""
+def chi2_reduction(along: ComplexArray, across: ComplexArray, length: FloatArray, rows: int) -> FloatArray:
+    """Reduction of chi² by cosine and sine together, from sums of z·wave, of wave² and of |wave|²."""
     fall, det = cosine_and_sine(along, across, length)
     power: FloatArray = fall / np.maximum(det, 1e-9 * rows * rows)
     return power

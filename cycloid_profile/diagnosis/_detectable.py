@@ -10,7 +10,6 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.special import chdtri, chndtr
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.diagnosis._normal_equations import NormalEquations, Whitened
@@ -21,7 +20,7 @@ from cycloid_profile.errors import CycloidError
 
 SUFFICIENT_SHARE = 0.8  # of the required noncentrality
 _ROUNDS, _LEAST, _MOST = 12, 1.1, 2.0  # iterations, and the range of the factor between two sizes
-POWER = 0.8
+POWER = 0.8  # probability of detection, the usual choice in the design of experiments
 
 
 def smallest_detectable(equations: NormalEquations, families: int) -> dict[str, tuple[float, str]]:
@@ -52,6 +51,8 @@ def detectable(candidate: Candidate, R: FloatArray, looks: int, power: float = P
 
 def noncentrality(k: int, looks: int, power: float = POWER) -> float:
     """Noncentrality of a chi-square of ``k`` degrees of freedom detected with ``power`` among ``looks`` tests."""
+    from scipy.special import chdtri, chndtr
+
     limit = float(chdtri(k, FALSE_ALARM / looks))
     low, high = 0.0, 4.0 * (limit + 20.0)
     for _ in range(80):
@@ -72,11 +73,11 @@ def exact_size(
     sizes, if both are visible.
     """
     signs = (1.0,) if candidate.one_sided or candidate.angle is not None else (1.0, -1.0)
-    sizes = [_from(residuals, candidate, size, sign, needed, enough) for sign in signs]
+    sizes = [_size_in_direction(residuals, candidate, size, sign, needed, enough) for sign in signs]
     return max((one for one in sizes if one < math.inf), default=math.inf)
 
 
-def _from(
+def _size_in_direction(
     residuals: Sequence[Residuals], candidate: Candidate, size: float, sign: float, needed: float, enough: float
 ) -> float:
     for _ in range(_ROUNDS):

@@ -39,8 +39,8 @@ from cycloid_profile.diagnosis.candidate import Candidate
 from cycloid_profile.measurement import HYSTERESIS
 
 _RESCORINGS = 8  # exact fits of one local search on all rows
-_FINAL_ROUNDS = 2
-_REINDEXINGS = 2
+_FINAL_ROUNDS = 2  # the starts are optima of a subsample, near those of all rows
+_REINDEXINGS = 2  # a search that keeps its lobe index is the last
 _FEW_MEMBERS = 2  # largest set that two other effects may replace
 
 
@@ -122,10 +122,10 @@ def _search_pairs(
     progress: Callable[[str], None],
 ) -> None:
     """Fit pairs that may be better than the ``best`` set; the local search keeps them."""
-    missed = masked_pairs(local_search.model, subsampled, local_search.library, ranked_singles, progress)
+    masked = masked_pairs(local_search.model, subsampled, local_search.library, ranked_singles, progress)
     finite = pairs_of_finite_size(local_search.model, local_search.library, ranked_singles)
-    progress(f"fitting pairs of effects to all rows, {len(missed) + len(finite)}")
-    better = local_search.best_of_starts(finite, local_search.best_of_starts(missed, best), LINEAR_LIMIT)
+    progress(f"fitting pairs of effects to all rows, {len(masked) + len(finite)}")
+    better = local_search.best_of_starts(finite, local_search.best_of_starts(masked, best), LINEAR_LIMIT)
     if better is not best:
         local_search.run([(local_search.library.places(better.members), better.u)], _FINAL_ROUNDS)
     swap_members(local_search, subsampled, _first_that_contributes(local_search))

@@ -14,14 +14,13 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from scipy.special import log_ndtr
 
 from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
 from cycloid_profile.diagnosis._normal_equations import NormalEquations, coordinates
 from cycloid_profile.diagnosis.candidate import IMPLAUSIBLE, Candidate, places
 
-CHANCE = 0.05
-_LEADERS = 40
+CHANCE = 0.05  # prior probability of each effect: two of forty are expected
+_EXTENDED_PAIRS = 40  # bounds the triples, whose number grows with pairs times candidates
 _INVISIBLE = 0.01  # least information of one prior width, in (standard deviations)²
 ALIAS = 0.999  # cosine above which no data of these kinds separate two effects
 
@@ -45,7 +44,7 @@ def log_priors(candidates: Sequence[Candidate], frequencies: int = 1) -> FloatAr
 def rank_sets(
     equations: NormalEquations, priors: FloatArray, deepest: int = 3, keep: Sequence[int] = ()
 ) -> list[Scored]:
-    """All singles, all pairs, and triples that extend the leading pairs, by decreasing evidence.
+    """All singles, all pairs, and triples that extend the best pairs, by decreasing evidence.
 
     Of candidates with one name and identical patterns only the first takes part, or the one in ``keep``.
     """
@@ -60,8 +59,8 @@ def rank_sets(
         scored += scores(equations, priors, pairs)
     best = sorted(scored, key=lambda s: -s.log_evidence)
     if deepest > 2 and visible.size > 2:
-        leading = [s.members for s in best if len(s.members) == 2][:_LEADERS]
-        triples = {tuple(sorted((*pair, int(i)))) for pair in leading for i in visible if i not in pair}
+        best_pairs = [s.members for s in best if len(s.members) == 2][:_EXTENDED_PAIRS]
+        triples = {tuple(sorted((*pair, int(i)))) for pair in best_pairs for i in visible if i not in pair}
         if triples:
             chosen = _of_different_names(equations, np.array(sorted(triples), dtype=np.intp))
             best = sorted(best + scores(equations, priors, chosen), key=lambda s: -s.log_evidence)
@@ -135,6 +134,8 @@ def scores(equations: NormalEquations, priors: FloatArray, sets: IntArray) -> li
 
 def _of_half_priors(u: FloatArray, covariance: FloatArray, one_sided: BoolArray) -> FloatArray:
     """Σ ln 2Φ(û/σ) of one-sided members, broadcast over sets: shapes (…, 2n), (…, 2n, 2n), (…, n)."""
+    from scipy.special import log_ndtr
+
     sigma = np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1))
     gained = math.log(2.0) + log_ndtr(u / sigma)
     found: FloatArray = np.sum(np.where(one_sided, gained[..., 0::2], 0.0), axis=-1)

@@ -22,10 +22,10 @@ from cycloid_profile.errors import CycloidError
 from cycloid_profile.measurement import HYSTERESIS, PROFILE_SCAN
 from cycloid_profile.rig import CurvePrediction
 
-_HALVINGS = 3
-_FEW_OF_POSES = 0.25
-_LARGEST_STEP = 1.0
-_HOPELESS = 50.0  # of chi²
+_HALVINGS = 3  # shortenings of a step, to a sixteenth at the least: a shorter step gains nothing
+_FEW_OF_POSES = 0.25  # share of the poses to solve below which a state is cheap
+_LARGEST_STEP = 1.0  # prior widths, see ``_bounded``
+_ABANDONED_ABOVE = 50.0  # of chi² above the best set: five times the 9 between two distinguished sets
 _CACHED_STATES = 6  # states in the cache; each holds the load on every pin at every row
 _CONVERGED_GAIN = 0.02  # of chi²: a step with a smaller gain is the last
 # A row without a prediction counts as this many standard deviations.
@@ -73,7 +73,7 @@ class ExactModel:
         self.flank_grid = FlankGrid(reducer) if flank_grid is None else flank_grid
         self._states: OrderedDict[bytes, tuple[tuple[Candidate, ...], tuple[Residuals, ...]]] = OrderedDict()
         self._latest: list[CurvePrediction] | None = None
-        self._baseline = None if residuals is None else self._under(reducer, residuals)
+        self._baseline = None if residuals is None else self._residuals_on(reducer, residuals)
 
     def with_recordings(
         self, recordings: Sequence[Recording], residuals: Sequence[Residuals] | None = None
@@ -149,7 +149,7 @@ class ExactModel:
             self._states.move_to_end(key)
         else:
             try:
-                reducer = self._with(members, u, farthest)
+                reducer = self._reducer_with(members, u, farthest)
                 if reducer is None:
                     return None
                 # The members are stored too, so that their ids stay valid.
@@ -159,9 +159,9 @@ class ExactModel:
             if len(self._states) > _CACHED_STATES:
                 self._states.popitem(last=False)
         residuals = self._states[key][1]
-        return self._under(residuals[0].reducer, residuals)
+        return self._residuals_on(residuals[0].reducer, residuals)
 
-    def _with(self, members: Sequence[Candidate], u: FloatArray, farthest: float) -> AsBuiltReducer | None:
+    def _reducer_with(self, members: Sequence[Candidate], u: FloatArray, farthest: float) -> AsBuiltReducer | None:
         reducer = self.reducer
         for i, candidate in enumerate(members):
             if float(np.hypot(u[2 * i], u[2 * i + 1])) > farthest:
@@ -207,7 +207,7 @@ class ExactModel:
                 break
             promised = float((equations.b - u) @ np.linalg.solve(np.eye(u.size) + R, equations.b - u))
             # The linear promise is less reliable before the second step.
-            if now.chi2 + float(u @ u) - (1.0 + 2.0 / max(number, 1) ** 2) * promised > beat + _HOPELESS:
+            if now.chi2 + float(u @ u) - (1.0 + 2.0 / max(number, 1) ** 2) * promised > beat + _ABANDONED_ABOVE:
                 return None
             new = self._line_search(members, u, step, now, farthest)
             if new is None:
@@ -223,7 +223,7 @@ class ExactModel:
         value = log_evidence_at(fall, u, covariance, prior, members)
         return Optimum(members, u, covariance, R, now.chi2, rows, value, converged)
 
-    def with_noise_left(self, optimum: Optimum) -> Optimum:
+    def with_residual_noise(self, optimum: Optimum) -> Optimum:
         """The optimum with covariances scaled by the residual variance of each file.
 
         The noise estimate made before any fit has a large scatter on few rows.
@@ -270,5 +270,5 @@ class ExactModel:
     def _predicted(residuals: Sequence[Residuals]) -> list[CurvePrediction]:
         return [one.first_order.prediction for one in residuals if one.recording.kind.is_curve]
 
-    def _under(self, reducer: AsBuiltReducer, residuals: Sequence[Residuals]) -> State:
+    def _residuals_on(self, reducer: AsBuiltReducer, residuals: Sequence[Residuals]) -> State:
         return State(reducer, tuple(one.under(r) for one, r in zip(residuals, self.recordings, strict=True)))

@@ -20,7 +20,7 @@ from cycloid_profile.diagnosis._optimum import Optimum
 from cycloid_profile.diagnosis.candidate import Candidate, Variety
 
 LINEAR_LIMIT = 0.05  # widths: linear equations hold below this size
-_LEADS = 5  # ranked single effects of different shape that are combined
+_COMBINED_SINGLES = 5  # ranked single effects of different shape that are combined
 _LEAST, _MOST = 0.3, 2.0  # widths: range of starting sizes
 
 
@@ -63,7 +63,7 @@ def _of_distinct_variety(model: ExactModel, ranked_singles: Sequence[Optimum]) -
         if len(one.members) == 1 and model.solves_few_poses(one.members):
             first.setdefault(one.members[0].variety, one)
     unlike = {id(c) for c in _of_distinct_shapes(model, (one.members[0] for one in first.values()))}
-    return [one for one in first.values() if id(one.members[0]) in unlike][:_LEADS]
+    return [one for one in first.values() if id(one.members[0]) in unlike][:_COMBINED_SINGLES]
 
 
 def _of_distinct_shapes(model: ExactModel, some: Iterable[Candidate]) -> list[Candidate]:

@@ -9,20 +9,22 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.sparse import csr_array
 
 from cycloid_profile.arrays import FloatArray, IntArray
 from cycloid_profile.diagnosis.candidate import Candidate
 from cycloid_profile.effects import AsBuiltReducer, EffectLocation, removal_between
 
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
 STEP = 1e-3  # of the width of a coordinate
 # Cubic interpolation through four samples of each interval. No interval crosses a root or tip, where removals may have
 # a corner.
 _INTERVALS_PER_FLANK = 32
-_SAMPLES_PER_INTERVAL = 3
+_SAMPLES_PER_INTERVAL = 3  # new ones; the fourth of a cubic is the first of the next interval
 # Interpolation error below 1 % of the amplitude.
 _SAMPLES_PER_WAVE = 10.0
 _MANY = 20  # candidates: tables of this size are cached
@@ -57,6 +59,8 @@ class FlankGrid:
 
     def weights(self, row: IntArray, along: FloatArray, weight: FloatArray, rows: int) -> csr_array:
         """Matrix of sums of ``weight`` times removal at ``along`` [rad], shape (rows, grid)."""
+        from scipy.sparse import csr_array
+
         x = np.mod(along, self.period) * (self._intervals / self.period)
         interval = np.minimum(x.astype(np.intp), self._intervals - 1)
         s = x - interval

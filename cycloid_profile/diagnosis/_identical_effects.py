@@ -11,8 +11,8 @@ from cycloid_profile.diagnosis._normal_equations import NormalEquations
 from cycloid_profile.diagnosis.candidate import Candidate
 from cycloid_profile.effects import AsBuiltReducer, EffectLocation, removal_between
 
-_POINTS_PER_LOBE = 60
-_STEP = 1e-3
+_POINTS_PER_LOBE = 60  # as many as the finest cells of a scan
+_STEP = 1e-3  # of the width of a coordinate: the shape is that of an infinitesimal size
 
 
 def always_identical(reducer: AsBuiltReducer, one: Candidate, other: Candidate) -> bool:

@@ -20,12 +20,12 @@ from cycloid_profile.diagnosis._optimum import Attempt, Optimum
 from cycloid_profile.diagnosis._second_order import second_order_with_first
 from cycloid_profile.diagnosis.candidate import Candidate
 
-_STEPS = 3
+_STEPS = 3  # enough to rank pairs; the best are fitted again
 _LINEAR = 32  # combinations of names
 _LINEAR_ERROR = 0.02  # of the evidence
-_LEAST_REACH = 40.0
+_LEAST_REACH = 40.0  # of the evidence: allows for the error of a linear ranking
 _PLACES = 6  # location combinations of each pair
-_SINGLES = 16
+_SINGLES = 16  # 120 pairs
 
 
 def rank_initial_pairs(
@@ -104,7 +104,7 @@ def _at_places(equations: NormalEquations, library: Library, pair: Sequence[int]
 
 def _of_singles(equations: NormalEquations, library: Library, singles: Sequence[Optimum]) -> Iterator[Start]:
     """All pairs of different names among the best single effects."""
-    leading = list({library.places(one.members)[0]: one for one in reversed(singles)})[::-1][:_SINGLES]
-    for i, j in combinations(leading, 2):
+    best_singles = list({library.places(one.members)[0]: one for one in reversed(singles)})[::-1][:_SINGLES]
+    for i, j in combinations(best_singles, 2):
         if library.candidates[i].name != library.candidates[j].name:
             yield [i, j], estimate(equations, [i, j])[0]

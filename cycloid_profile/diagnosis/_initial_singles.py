@@ -12,17 +12,17 @@ from cycloid_profile.diagnosis._library import Library
 from cycloid_profile.diagnosis._local_search import Start
 from cycloid_profile.diagnosis._normal_equations import NormalEquations
 from cycloid_profile.diagnosis._optimum import Attempt, Optimum
-from cycloid_profile.diagnosis._second_order import change, fall, second_order
+from cycloid_profile.diagnosis._second_order import change_of_predictions, chi2_reduction, second_order
 
-_STARTS = 12
-_STEPS_OF_A_LOOK, _STEPS_OF_LEADING = 2, 4
-_LEADING = 3
+_STARTS = 12  # kinds of effects; a loop needs more, see below
+_STEPS_OF_TRIAL, _STEPS_OF_REFINEMENT = 2, 4  # two steps rank the starts, four converge most
+_REFINED = 3  # the local search exchanges members anyway
 # A loop has few rows, so that every location can be fitted. Many effects change it in nearly the same way.
 _STARTS_AT_PLACES = 40
-_LEADING_AT_PLACES = 10
+_REFINED_AT_PLACES = 10
 _PLACES = ("disc", "crank", "flank", "form")
 _LINEAR = 0.995  # share of the gap explained by linear effects, above which second-order effects are not tried
-_BOTH_SIGNS = 8
+_BOTH_SIGNS = 8  # starts at a finite size, besides the linear ones
 _MANY = frozenset({"lobe", "first_lobe", "pin"})  # parts with too many locations for separate fits
 _TRIAL = 0.5  # of the width of a coordinate
 _SAME = 0.01  # of the width of a coordinate
@@ -55,14 +55,14 @@ def rank_initial_singles(
     if apart or gain < _LINEAR * (equations.chi2 - equations.rows):
         starts += second_order(coarse, library, gain / max(equations.rows, 1))
     progress(f"fitting single effects, {len(starts)}")
-    optima = _fitted(coarse, library, starts, _STEPS_OF_A_LOOK)
+    optima = _fitted(coarse, library, starts, _STEPS_OF_TRIAL)
     if not thorough:
         # The best are fitted with more steps and with the opposite sign: contact changes act in both directions.
-        leading = [(members, optimum.u) for members, optimum in optima[: _LEADING_AT_PLACES if apart else _LEADING]]
+        refined = [(members, optimum.u) for members, optimum in optima[: _REFINED_AT_PLACES if apart else _REFINED]]
         if not apart:
-            leading += [(members, -u) for members, u in leading if not library.candidates[members[0]].one_sided]
-        progress(f"refining the best single effects, {len(leading)}")
-        optima = _fitted(coarse, library, leading, _STEPS_OF_LEADING)
+            refined += [(members, -u) for members, u in refined if not library.candidates[members[0]].one_sided]
+        progress(f"refining the best single effects, {len(refined)}")
+        optima = _fitted(coarse, library, refined, _STEPS_OF_REFINEMENT)
     return [optimum for _, optimum in optima if optimum.log_evidence > 0.0]
 
 
@@ -99,7 +99,7 @@ def _both_signs(coarse: ExactModel, library: Library) -> list[Start]:
             u = np.array([sign * _TRIAL, 0.0])
             state = coarse.state([candidate], u)
             if state is not None:
-                drop, (share,) = fall(before.blocks, change(before, state)[:, np.newaxis])
+                drop, (share,) = chi2_reduction(before.blocks, change_of_predictions(before, state)[:, np.newaxis])
                 if share > 0.0:
                     found.append((drop, [i], u * min(max(float(share), 0.05), 4.0)))
     found.sort(key=lambda f: -f[0])

@@ -26,7 +26,7 @@ from cycloid_profile.diagnosis.residuals import Residuals
 from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.measurement import PROFILE_SCAN
 
-_STEPS = 3
+_STEPS = 3  # from the optimum with the old index, a close start
 _OPEN = 10.0  # of the evidence: a deficit on the subsample below this value is open
 
 
@@ -179,7 +179,7 @@ def reindexed_for(
     """
     if not best.members:
         return model, best
-    mine = _again(subsampled, best, library)
+    mine = _refitted_on_subsample(subsampled, best, library)
     if mine is None or reindexed_about(subsampled, subsampled, library, mine) is not subsampled:
         reindexed = reindexed_about(model, model, library, best)
         if reindexed is not model:
@@ -198,7 +198,7 @@ def reindexed_for(
     return model, best
 
 
-def _again(subsampled: ExactModel, best: Optimum, library: Library) -> Optimum | None:
+def _refitted_on_subsample(subsampled: ExactModel, best: Optimum, library: Library) -> Optimum | None:
     """Optimum of a set on the subsample, from its optimum on more rows."""
     return subsampled.optimum(Attempt(best.members, best.u, _STEPS), library.prior(best.members))
 
@@ -207,5 +207,5 @@ def _may_be_better(subsampled: ExactModel, library: Library, other: Optimum, min
     """Whether the subsample permits that ``other``, with the lobe index of its own, fits better than ``mine``."""
     if subsampled.state(other.members, other.u) is None:
         return False
-    found = _again(reindexed_about(subsampled, subsampled, library, other), other, library)
+    found = _refitted_on_subsample(reindexed_about(subsampled, subsampled, library, other), other, library)
     return found is not None and found.log_evidence > mine.log_evidence - _OPEN

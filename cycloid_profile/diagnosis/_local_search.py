@@ -19,20 +19,20 @@ from cycloid_profile.diagnosis._normal_equations import NormalEquations, normal_
 from cycloid_profile.diagnosis._optimum import Attempt, Optimum
 from cycloid_profile.diagnosis._subsampling import prefilter_attempts
 
-_FINALISTS = 4
+_FINALISTS = 4  # sets of each kind that are fitted exactly in one round
 _SIMPLER = 2  # sets of each smaller size, and of two more members
 _AS_MANY, _ONE_MORE = 4, 8  # sets of the same size and of one more member that the prefilter receives
-_MAX_CANDIDATES = 400
+_MAX_CANDIDATES = 400  # linear sets compared by names: bounds the time of a flat ranking
 _LINEAR_ERROR = 0.01  # share of the evidence
-_FEW_VARIANTS = 12
-_SWAPPED = 2  # rivals for each member
+_FEW_VARIANTS = 12  # of one effect: up to this number all are proposed
+_SWAPPED = 2  # alternatives for each member
 _LOCATIONS, _LOCATIONS_REACH = 4, 40.0  # other locations of each member, and the largest deficit in evidence
 _MORE_THAN_NOISE = 3.0  # standard deviations of chi², including the scatter of the noise estimate
-_HOPELESS_ON_SUBSAMPLE = 50.0  # of chi²
-_PREFILTER_STEPS = 3
-_STEPS, _STEPS_AFTER_PREFILTER = 8, 4
-_CLOSE = 8.0
-_BETTER = 0.05
+_ABANDONED_ON_SUBSAMPLE = 50.0  # of chi²
+_PREFILTER_STEPS = 3  # on the subsample, enough to rank
+_STEPS, _STEPS_AFTER_PREFILTER = 8, 4  # a fit from the prefilter starts near its optimum
+_CLOSE = 8.0  # of the evidence: allows for the error of linear evidence
+_BETTER = 0.05  # of the evidence: a smaller gain is the tolerance of convergence
 LEAST_CONTRIBUTION = 1.0  # times the accuracy of the simulation
 
 Start = tuple[list[int], FloatArray]
@@ -137,7 +137,7 @@ class LocalSearch:
     def _prefiltered(self, subsampled: ExactModel, starts: Sequence[Start], best: Optimum) -> list[Start]:
         """Best starts on the subsample, moved to their optimum there."""
         attempts = [Attempt(self.library.members(members), u, _PREFILTER_STEPS) for members, u in starts]
-        found = prefilter_attempts(subsampled, attempts, self.library.prior, best, _HOPELESS_ON_SUBSAMPLE)
+        found = prefilter_attempts(subsampled, attempts, self.library.prior, best, _ABANDONED_ON_SUBSAMPLE)
         return [(self.library.places(one.members), one.u) for one in found[:_FINALISTS]]
 
     def _new(self, equations: NormalEquations, sets: Iterable[tuple[int, ...]], most: int | None = None) -> list[Start]:
@@ -192,7 +192,7 @@ class LocalSearch:
         return sets
 
     def _neighbours(self, equations: NormalEquations, places: list[int]) -> list[tuple[int, ...]]:
-        """Sets without one member, and sets with one member replaced by its best rivals."""
+        """Sets without one member, and sets with one member replaced by its best alternatives."""
         candidates = self.library.candidates
         shown = [i for i in range(len(candidates)) if equations.R[2 * i, 2 * i] > 1e-2]
         sets = [tuple(p for p in places if p != place) for place in places]
@@ -246,12 +246,12 @@ def contributes(model: ExactModel, optimum: Optimum) -> bool:
         if equations.contribution(everyone, optimum.u, i) >= LEAST_CONTRIBUTION:
             continue
         changes_nothing = equations.contribution([i], optimum.u[2 * i : 2 * i + 2], 0) < LEAST_CONTRIBUTION
-        if not (changes_nothing and _missed(model, optimum, state, equations, i)):
+        if not (changes_nothing and _worse_without(model, optimum, state, equations, i)):
             return False
     return True
 
 
-def _missed(model: ExactModel, optimum: Optimum, state: State, equations: NormalEquations, i: int) -> bool:
+def _worse_without(model: ExactModel, optimum: Optimum, state: State, equations: NormalEquations, i: int) -> bool:
     """Whether some file fits worse without member ``i`` by more than the accuracy of the simulation."""
     others = [m for j, m in enumerate(optimum.members) if j != i]
     without = model.state(others, np.delete(optimum.u, [2 * i, 2 * i + 1]))

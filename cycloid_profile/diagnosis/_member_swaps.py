@@ -19,12 +19,12 @@ from cycloid_profile.diagnosis._subsampling import prefilter_attempts
 from cycloid_profile.diagnosis._symmetric_parts import on_other_parts
 from cycloid_profile.diagnosis.candidate import Variety
 
-_ROUNDS = 2
-_RIVALS = 16  # for each member
-_IN_PLACE_OF_TWO, _PLACES = 16, 3
+_ROUNDS = 2  # one member after the other, for two wrong members
+_ALTERNATIVES = 16  # for each member
+_IN_PLACE_OF_TWO, _PLACES = 16, 3  # sets of each two members, and locations of one name in them
 _LINEAR_ERROR = 0.01  # share of the evidence of the member
 _LEAST_REACH = 40.0  # least range of evidence
-_STEPS = 4
+_STEPS = 4  # of a replaced member: the others start at their optimum
 _OPEN = 30.0  # of chi² on the subsample
 
 
@@ -55,7 +55,7 @@ def swap_members(local_search: LocalSearch, subsampled: ExactModel, best: Optimu
 
 
 def _swaps(local_search: LocalSearch, equations: NormalEquations, places: list[int]) -> list[list[int]]:
-    """Sets with one member replaced by a close rival of another variety, and sets with one member in place of two."""
+    """Sets with one member replaced by a similar one of another variety, and sets with one member in place of two."""
     library, sets = local_search.library, []
     whole = linear_evidence(equations, library.priors, places)
     for place in places:
@@ -63,7 +63,7 @@ def _swaps(local_search: LocalSearch, equations: NormalEquations, places: list[i
         taken = {library.candidates[p].name for p in places}
         alone = linear_evidence(equations, library.priors, others)
         least = whole - max(_LEAST_REACH, _LINEAR_ERROR * (whole - alone))
-        sets += _nearest(local_search, equations, others, taken, _RIVALS, 1, least)
+        sets += _nearest(local_search, equations, others, taken, _ALTERNATIVES, 1, least)
     for two in combinations(places, 2):
         others = [p for p in places if p not in two]
         if local_search.model.solves_few_poses(library.members(others)):

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import TypeVar, cast
 
 import numpy as np
-from scipy.special import erfc, ndtr
 
 from cycloid_profile.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 
@@ -21,14 +20,14 @@ Values = TypeVar("Values", FloatArray, ComplexArray)
 SCATTER_OF_ESTIMATE = 6.0
 # Larger differences, in standard deviations, are steps, pits or slips.
 _CLIPPED = 4.5
-_LEAST_ROWS = 12
-_RHO = np.linspace(-0.3, 0.95, 251)
+_LEAST_ROWS = 12  # third differences of fewer rows give no spread
+_RHO = np.linspace(-0.3, 0.95, 251)  # correlations of neighbours tried, 0.005 apart; at 1 rows tell nothing
 # Least correlation in standard errors; smaller values count as zero.
 _BELIEVED = 3.0
 _LOW_END = 0.15  # share of the spectrum that effects occupy
-_BAND = 25
+_BAND = 25  # ordinates: the median of a band scatters by 0.3 of itself
 _LINE = 6.0  # ordinates this many times above the mean are spectral lines
-_GROSS = 7.0
+_GROSS = 7.0  # standard deviations: noise alone exceeds them in no file
 _CHANCE = 0.003  # probability of mistaking a reading error for a feature, for a whole file
 _SCATTERED = 1.5  # times the noise: upper limit of the spread of a few rows of pure noise
 
@@ -130,6 +129,8 @@ def _belongs_to_feature(alone: BoolArray, neighbours: FloatArray) -> BoolArray:
     independent of its neighbours. A displaced neighbour marks a feature if neither scatter nor a second error explains
     it.
     """
+    from scipy.special import ndtr
+
     errors = int(np.count_nonzero(alone & ~np.roll(alone, 1)))
     off = np.maximum(np.max(neighbours, axis=1), np.sum(neighbours, axis=1) / math.sqrt(2.0))
     by_scatter = 3.0 * ndtr(-off)  # minimum p-value of three tests
@@ -142,7 +143,7 @@ def _belongs_to_feature(alone: BoolArray, neighbours: FloatArray) -> BoolArray:
 
 def upper_tail(score: float) -> float:
     """Upper tail probability of the standard normal distribution."""
-    return 0.5 * float(erfc(score / math.sqrt(2.0)))
+    return 0.5 * math.erfc(score / math.sqrt(2.0))
 
 
 def sidak(p: float, looks: int) -> float:

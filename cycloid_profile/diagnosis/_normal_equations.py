@@ -82,7 +82,7 @@ class FileEquations:
         return self.over_accuracy(float(own_u @ R @ own_u))
 
     def over_accuracy(self, fall: float) -> float:
-        """Root mean square of a fall of chi², divided by the accuracy of the simulation."""
+        """Root mean square of a reduction of chi², divided by the accuracy of the simulation."""
         return float(np.sqrt(max(fall, 0.0) / max(self.rows, 1))) * self.sigma / self.accuracy
 
 

@@ -13,7 +13,7 @@ from cycloid_profile.arrays import FloatArray
 from cycloid_profile.diagnosis.candidate import Candidate
 
 FARTHEST = 4.0  # widths: beyond this a size is implausible and the equilibrium may not exist
-_STEPS = 8
+_STEPS = 8  # most fits end earlier, by the gain of their last step
 
 
 @dataclass(frozen=True, eq=False)

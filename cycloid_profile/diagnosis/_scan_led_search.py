@@ -26,9 +26,11 @@ from cycloid_profile.diagnosis._subsampling import smallest_subsample
 from cycloid_profile.diagnosis.candidate import Candidate
 from cycloid_profile.measurement import PROFILE_SCAN
 
+# A scan is nearly linear in its effects: few exact fits and rounds suffice.
 _RESCORINGS, _ROUNDS = 12, 3
+# Hypotheses rated with the exact effect, fitted to all files, and the steps of such a fit.
 _MAX_CANDIDATES, _FITTED, _STEPS = 8, 4, 4
-_LEAST_EVIDENCE = 5.0
+_LEAST_EVIDENCE = 5.0  # odds of 150 to 1 against no effect, as for an accepted set
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,15 +122,15 @@ def search_led_by_scans(
     bench = _BenchFiles(smallest_subsample(others, _gain(others, library)), scans, library, shown)
     rough = [bench.approximate(one) for one in _hypotheses(model, library, shown)]
     rated = [bench.exact(one.hypothesis) for one in _best(rough)[:_MAX_CANDIDATES]]
-    found, leading = model, None
+    found, best = model, None
     for one in _best(rated)[:_FITTED]:
         reindexed = reindexed_by(model, one.hypothesis.lobes)
         members = library.members(one.best.members)
         attempt = Attempt(members, estimate(one.equations, one.best.members)[0], _STEPS)
         optimum = smallest_subsample(reindexed, gain).optimum(attempt, library.prior(members))
-        if optimum is not None and (leading is None or optimum.log_evidence > leading.log_evidence):
-            found, leading = reindexed, optimum
-    return found, leading
+        if optimum is not None and (best is None or optimum.log_evidence > best.log_evidence):
+            found, best = reindexed, optimum
+    return found, best
 
 
 def _gain(model: ExactModel, library: Library) -> float:

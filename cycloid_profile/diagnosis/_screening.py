@@ -12,19 +12,19 @@ from cycloid_profile.measurement import HYSTERESIS, PROFILE_SCAN, TRANSMISSION_E
 from cycloid_profile.rig import LEAST_COMPARED_SHARE, predict_curve, register_scan
 from cycloid_profile.units import ARCMIN, NEWTON_METRE
 
-_LEAST_PER_LOBE = 8
+_LEAST_PER_LOBE = 8  # points: four on each flank
 _RATIO_TOLERANCE = 0.03  # relative tolerance for the ratio of two units
-_MOST_LOBES = 400
+_MOST_LOBES = 400  # beyond any cycloid disc
 # Median distances beyond any grinding error: of the points from the tooth, and about their median.
 _ANOTHER_DISC = 0.05  # mm
 _ANOTHER_FORM = 0.025  # mm
-_MEDIAN_ROWS = 64
+_MEDIAN_ROWS = 64  # rows solved for a check of the unit: a median needs no more
 _LARGEST_RATIO = 25.0  # times the prediction: a larger twist indicates another unit
 _CLEARANCE = 0.05  # mm of clearance on each flank that is accepted beyond that
 _LEAST_TWIST = 0.35  # share of the elastic twist; covers rigid bearings and large friction
 _OVERLOAD = 20.0  # times the rated torque
 _LEAST_ERROR = 0.01  # arcsec rms; no encoder resolves less
-_LEAST_ROWS = 12
+_LEAST_ROWS = 12  # three for each quarter of a loop
 _LENGTHS = {1.0 / 25.4: "inch", 1e3: "µm", 1e-3: "m", 0.1: "cm"}
 _UNITS = {60.0: "arcsec", 1.0 / 60.0: "degrees", math.radians(1.0 / 60.0): "rad"}  # of a twist, in arcmin
 
@@ -86,7 +86,7 @@ def _scan(reducer: AsBuiltReducer, measurement: Measurement) -> None:
     far, limit, of = (
         (distance, _ANOTHER_DISC, "median distance from the tooth")
         if distance >= _ANOTHER_DISC
-        else (spread, _ANOTHER_FORM, "median departure from the form of the tooth")
+        else (spread, _ANOTHER_FORM, "median deviation from the form of the tooth")
     )
     raise _wrong(
         measurement, of, f"{far:.3f} mm", f"is more than {limit:g} mm",

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
-from cycloid_profile.diagnosis._chatter_spectrum import PEAK, fall_of_chi2
+from cycloid_profile.diagnosis._chatter_spectrum import PEAK, chi2_reduction
 from cycloid_profile.diagnosis._exact_model import ExactModel
 from cycloid_profile.diagnosis._lobe_index import has_free_index, indexed_from
 from cycloid_profile.diagnosis._noise import sidak
@@ -65,7 +65,7 @@ def _first_lobe(block: Whitened, best: Optimum) -> int | None:
     shown = _shown(best, block)
     if not shown:
         return None
-    return seam(block, _with(block, best, shown), float(best.members[shown[0]].choice["waves_per_turn"]))
+    return seam(block, _with_members_added(block, best, shown), float(best.members[shown[0]].choice["waves_per_turn"]))
 
 
 def _shown(best: Optimum, block: Whitened) -> list[int]:
@@ -75,7 +75,7 @@ def _shown(best: Optimum, block: Whitened) -> list[int]:
     return sorted(mine, key=lambda i: -float(np.linalg.norm(best.coordinates(i))))
 
 
-def _with(block: Whitened, best: Optimum, some: Sequence[int]) -> FloatArray:
+def _with_members_added(block: Whitened, best: Optimum, some: Sequence[int]) -> FloatArray:
     """Whitened residual of a scan with the members ``some`` added back."""
     u = np.concatenate([best.u[2 * i : 2 * i + 2] for i in some])
     z: FloatArray = block.projected(block.z + block.columns([best.members[i] for i in some]) @ u)
@@ -83,11 +83,11 @@ def _with(block: Whitened, best: Optimum, some: Sequence[int]) -> FloatArray:
 
 
 def _power_from_each_lobe(block: Whitened, z: FloatArray, waves: float, of: IntArray, lobes: int) -> FloatArray:
-    """Fall of chi² by waves that begin at each lobe, shape (lobes,)."""
+    """Reduction of chi² by waves that begin at each lobe, shape (lobes,)."""
     wave = block.white(block.residuals.waves(waves))
     along = _from_each_lobe(z * wave, waves, of, lobes)
     across = _from_each_lobe(wave * wave, 2.0 * waves, of, lobes)
-    return fall_of_chi2(along, across, np.full(lobes, np.sum(np.abs(wave) ** 2)), z.size)
+    return chi2_reduction(along, across, np.full(lobes, np.sum(np.abs(wave) ** 2)), z.size)
 
 
 def _from_each_lobe(values: ComplexArray, waves: float, of: IntArray, lobes: int) -> ComplexArray:

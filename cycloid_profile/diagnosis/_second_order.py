@@ -18,7 +18,7 @@ from cycloid_profile.diagnosis._normal_equations import NormalEquations, Whitene
 from cycloid_profile.effects import EffectLocation
 from cycloid_profile.measurement import PROFILE_SCAN
 
-_SINGLES, _PAIRS = 3, 6
+_SINGLES, _PAIRS = 3, 6  # starts kept; few effects cancel to first order
 _TRIAL = 0.5  # prior widths
 _LEAST, _LARGEST = 0.05, 4.0  # times the response at the trial size
 # Between a square-root and a proportional relation of size and response.
@@ -32,8 +32,8 @@ def second_order(coarse: ExactModel, library: Library, gain_per_row: float) -> l
     before = coarse.baseline
     least = 0.2 * gain_per_row * sum(block.z.size for block in before.blocks)
     found = []
-    for i, columns in _shown(coarse, library):
-        drop, amounts = fall(before.blocks, columns)
+    for i, columns in _second_order_responses(coarse, library):
+        drop, amounts = chi2_reduction(before.blocks, columns)
         if drop >= least:
             found.append((drop, [i], _coordinates(amounts)))
     found.sort(key=lambda f: -f[0])
@@ -51,7 +51,7 @@ def second_order_with_first(coarse: ExactModel, library: Library) -> list[Start]
     first = normal_equations(blocks, library.candidates)
     G = [block.columns(library.candidates) for block in blocks]
     best: dict[tuple[str, str], tuple[float, list[int], FloatArray]] = {}
-    for i, columns in _shown(coarse, library):
+    for i, columns in _second_order_responses(coarse, library):
         own = library.candidates[i]
         if any(r.kind is PROFILE_SCAN and coarse.flank_grid.touches(own, r.disc) for r in coarse.recordings):
             continue
@@ -65,7 +65,7 @@ def second_order_with_first(coarse: ExactModel, library: Library) -> list[Start]
 def _given_first_order(
     first: NormalEquations, blocks: Sequence[Whitened], G: Sequence[FloatArray], columns: FloatArray
 ) -> Iterator[tuple[float, int, FloatArray, FloatArray]]:
-    """For each first-order candidate: fall of chi² with ``columns``, its index, amounts of the columns, its
+    """For each first-order candidate: reduction of chi² with ``columns``, its index, amounts of the columns, its
     coordinates.
     """
     S = _whitened(blocks, columns)
@@ -84,7 +84,7 @@ def _given_first_order(
             yield float(b_s @ alone + u @ left[where]), k, amounts, u
 
 
-def _shown(coarse: ExactModel, library: Library) -> Iterator[tuple[int, FloatArray]]:
+def _second_order_responses(coarse: ExactModel, library: Library) -> Iterator[tuple[int, FloatArray]]:
     """Each candidate that cancels to first order, with its response patterns at half a prior width, shape (rows, 3).
 
     The patterns vary with cosine and sine of twice its angle; the third is constant.
@@ -98,7 +98,7 @@ def _shown(coarse: ExactModel, library: Library) -> Iterator[tuple[int, FloatArr
             state = coarse.state([candidate], _TRIAL * np.array([np.cos(angle), np.sin(angle)]))
             if state is None:
                 break
-            shown.append(change(before, state))
+            shown.append(change_of_predictions(before, state))
         else:
             yield (
                 i,
@@ -115,13 +115,13 @@ def _coordinates(amounts: FloatArray) -> FloatArray:
     return np.array([size * np.cos(angle), size * np.sin(angle)])
 
 
-def change(before: State, after: State) -> FloatArray:
+def change_of_predictions(before: State, after: State) -> FloatArray:
     """Change of the predictions at all rows of all recordings."""
     return np.concatenate([a.residual - b.residual for a, b in zip(before.residuals, after.residuals, strict=True)])
 
 
-def fall(blocks: Sequence[Whitened], columns: FloatArray) -> tuple[float, FloatArray]:
-    """Fall of chi² by free amounts of ``columns`` over all rows of all recordings, and the amounts."""
+def chi2_reduction(blocks: Sequence[Whitened], columns: FloatArray) -> tuple[float, FloatArray]:
+    """Reduction of chi² by free amounts of ``columns`` over all rows of all recordings, and the amounts."""
     G = _whitened(blocks, columns)
     R, b = _product(blocks, G, G), _product(blocks, G, [block.z for block in blocks])
     amounts = np.asarray(np.linalg.lstsq(R, b, rcond=1e-9)[0], dtype=np.float64)

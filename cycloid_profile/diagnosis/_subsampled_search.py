@@ -17,8 +17,8 @@ from cycloid_profile.diagnosis._scan_led_search import search_led_by_scans
 from cycloid_profile.diagnosis._subsampling import smallest_subsample, subsample
 
 _RESCORINGS, _RESCORINGS_OF_WEAK = 40, 8  # exact fits of one local search
-_ROUNDS = 5
-_FEW_ROWS = 360
+_ROUNDS = 5  # on a subsample a round is cheap
+_SUBSAMPLE_ROWS = 360  # nine a pin pitch of 40 pins
 _GAIN_KEPT = 500.0  # of chi²: gain that the subsample preserves
 _WEAK = 60.0  # below this gain the equations are linear
 _SETS, _PAIRS, _PAIRS_OF_THOROUGH = 3, 5, 6  # starting sets of a local search
@@ -73,9 +73,9 @@ def search_subsampled(
     if gain <= _WEAK:
         local_search = LocalSearch(model, library, _RESCORINGS_OF_WEAK, progress, thorough=thorough)
         return SubsampledResult(model, local_search, initial.linear.best, gain, initial.sets)
-    thin = [subsample(r, _FEW_ROWS, _GAIN_KEPT / gain) for r in model.recordings]
-    whole = all(a is b for a, b in zip(thin, model.recordings, strict=True))
-    coarse = model if whole else model.with_recordings(thin)
+    subsampled = [subsample(r, _SUBSAMPLE_ROWS, _GAIN_KEPT / gain) for r in model.recordings]
+    whole = all(a is b for a, b in zip(subsampled, model.recordings, strict=True))
+    coarse = model if whole else model.with_recordings(subsampled)
     same_rows = all(a is b for a, b in zip(initial.subsampled.recordings, coarse.recordings, strict=True))
     known = {tuple(library.places(o.members)): o for o in initial.sets if o.converged and same_rows}
     local_search = LocalSearch(

@@ -18,7 +18,7 @@ from cycloid_profile.diagnosis._local_search import LocalSearch, Start
 from cycloid_profile.diagnosis._optimum import Optimum
 from cycloid_profile.diagnosis.candidate import Candidate
 
-_SETS = 6
+_SETS = 6  # best sets whose parts are exchanged
 _MOST = 18  # of each set
 _REACH = 60.0  # of the evidence
 

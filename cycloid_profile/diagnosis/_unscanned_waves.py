@@ -10,9 +10,9 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.sparse import csr_array, hstack
 
 from cycloid_profile.arrays import ComplexArray, FloatArray
 from cycloid_profile.diagnosis._chatter_spectrum import LEAST_WAVES, cosine_and_sine, off_lobes
@@ -21,10 +21,14 @@ from cycloid_profile.diagnosis._normal_equations import Whitened
 from cycloid_profile.diagnosis.candidate import Candidate
 from cycloid_profile.measurement import PROFILE_SCAN
 
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
 _SHORTEST = 0.25  # mm along the flank: the contact width bridges shorter waves
 _CELLS = 2**16  # of two revolutions of the disc
 # Waves evaluated from the rows, number of them evaluated on a fine grid, and their least distance.
 _PROPOSED, _LEADING, _APART = 12, 4, 2.0
+# Waves about a peak of the grid of half waves: steps of a fifth, then of a fiftieth.
 _ROUGHLY, _CLOSELY = np.arange(-2, 3) / 5.0, np.arange(-25, 26) / 50.0
 _OFF_LOBES = (
     2.5  # waves: multiples of the lobe number are tooth form, also with once or twice per revolution modulation
@@ -39,7 +43,7 @@ _ONE_OF_TWO = 0.1
 
 @dataclass(frozen=True)
 class Peak:
-    """Number of ``waves`` on a ``disc``, counted from 1, None for all; ``power`` is the fall of chi².
+    """Number of ``waves`` on a ``disc``, counted from 1, None for all; ``power`` is the reduction of chi².
 
     ``p_value``: probability of a peak this high in noise, on any number of waves. ``over_accuracy``: largest root mean
     square it explains in any file, divided by the accuracy of the simulation.
@@ -124,7 +128,7 @@ class UnscannedWaves:
         return float(power[top]), float(grid[top])
 
     def power(self, grid: FloatArray) -> FloatArray:
-        """Fall of chi² by cosine and sine of each number of waves of an evenly spaced ``grid``, in its shape."""
+        """Reduction of chi² by cosine and sine of each number of waves of an evenly spaced ``grid``, in its shape."""
         C = self._shown(grid)
         whole = np.sum(np.abs(C) ** 2, axis=0)
         C = C - self._known @ (self._known.T @ C)
@@ -172,6 +176,8 @@ class UnscannedWaves:
 
         Angles along the disc [rad]; the root of lobe 1 is at zero.
         """
+        from scipy.sparse import csr_array, hstack
+
         found = []
         for block in self.blocks:
             reducer = block.residuals.reducer
@@ -238,7 +244,7 @@ def _waves(weight: FloatArray, t: FloatArray, k: np.ndarray) -> ComplexArray:
 
 
 def _power(along: ComplexArray, across: ComplexArray, length: FloatArray, whole: FloatArray) -> FloatArray:
-    """Fall of chi² by cosine and sine together, from sums of z·C, of C² and of |C|².
+    """Reduction of chi² by cosine and sine together, from sums of z·C, of C² and of |C|².
 
     ``whole``: sum of |C|² before projection.
     """

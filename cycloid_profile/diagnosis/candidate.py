@@ -32,13 +32,13 @@ from cycloid_profile.errors import CycloidError
 # Prior of a size: normal distribution with twice the manufacturing tolerance as standard deviation, cut off at 3.5 of
 # these.
 _WIDTH_OF_TOLERANCE = 2.0
-_LEAST_WIDTH_UM = 1.5
-IMPLAUSIBLE = 3.5
+_LEAST_WIDTH_UM = 1.5  # a precise drive may have an error beyond its small tolerance
+IMPLAUSIBLE = 3.5  # prior widths: one of 2,000 normal sizes is larger
 # Simulated, toleranced and, on the flanks, corrected, but not yet proposed: the search, its thresholds and the blind
 # cases were validated without them (docs/diagnosis.md, "Limits").
 NOT_YET_PROPOSED = frozenset({
     "tooth_form_error", "pin_ring_three_lobed", "ring_mounting_ovality", "carrier_bore_error", "common_planet_runout",
-    "sun_runout", "input_runout",
+    "sun_runout", "input_runout", "nonlinear_series_compliance", "viscoelastic_creep", "elastoslide_friction",
 })  # fmt: skip
 # A displaced pin is an alias of a pin with another radius. The spectrum proposes the waves of chatter.
 ONLY_TOLERANCES = NOT_YET_PROPOSED | {"pin_position_error"}

@@ -13,7 +13,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import chdtrc
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.diagnosis._chatter_spectrum import chatter_spectrum
@@ -27,14 +26,14 @@ from cycloid_profile.measurement import HYSTERESIS, PROFILE_SCAN
 from cycloid_profile.units import DEGREE
 
 _REMAINDER = 0.02  # share of the initial residual
-FALSE_ALARM = 0.005
-_WINDOWS = (4, 12, 40, 120)
-_PHASE_BINS = 24
-_LOW_ORDERS = 12
-_MULTIPLES = 6
+FALSE_ALARM = 0.005  # of a whole diagnosis: one in 200 without an effect raises an alarm
+_WINDOWS = (4, 12, 40, 120)  # rows, each about three times the one before
+_PHASE_BINS = 24  # of 15° of ψ
+_LOW_ORDERS = 12  # form errors; more waves are chatter
+_MULTIPLES = 6  # of lobes and pins: amplitudes fall with the harmonic
 # The simulation error may be larger in the amplitude of a wave, and larger still at one place, than over a file.
 _WAVE_LIMIT = math.sqrt(2.0)
-_LOCAL_LIMIT = 5.0
+_LOCAL_LIMIT = 5.0  # times the accuracy, which is a root mean square over the file
 
 
 @dataclass(frozen=True)
@@ -107,6 +106,8 @@ def detect(
 
 def _library_findings(equations: NormalEquations) -> list[Finding]:
     """Best location of every effect."""
+    from scipy.special import chdtrc
+
     count = places(equations.candidates)
     best: dict[str, Finding] = {}
     for i, candidate in enumerate(equations.candidates):
@@ -219,6 +220,8 @@ def _bins(base: Finding, z: FloatArray, number: np.ndarray, starts: FloatArray, 
 
 
 def _orders(base: Finding, block: Whitened, angle: FloatArray, orders: FloatArray) -> Finding:
+    from scipy.special import chdtrc
+
     cosines = np.zeros((block.residuals.residual.size, orders.size))
     sines = cosines.copy()
     cosines[block.chosen], sines[block.chosen] = np.cos(np.outer(angle, orders)), np.sin(np.outer(angle, orders))

@@ -11,7 +11,7 @@ from cycloid_profile.diagnosis.detection import Finding
 from cycloid_profile.diagnosis.result import Diagnosis, FileGap, NamedEffect
 from cycloid_profile.units import SIGNS, unit_of
 
-_DIGITS = 6
+_DIGITS = 6  # far below any uncertainty; equal results print equal
 
 
 def diagnosis_to_json(diagnosis: Diagnosis, name: str) -> dict[str, Any]:

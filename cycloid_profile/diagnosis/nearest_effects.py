@@ -15,10 +15,10 @@ from cycloid_profile.diagnosis._normal_equations import NormalEquations, coordin
 from cycloid_profile.diagnosis._optimum import Attempt
 from cycloid_profile.diagnosis.candidate import Candidate
 
-_REPORTED = 3
+_REPORTED = 3  # a note stays one sentence
 _EXPLAINED = 0.9  # share of the initial residual that an accepted effect must explain
-_FARTHEST = 15.0  # widths
-_STEPS = 5
+_FARTHEST = 15.0  # widths: a size far beyond the plausible one still appears in the note
+_STEPS = 5  # from the linear size, which is far off beyond the plausible one
 
 
 @dataclass(frozen=True)
@@ -59,11 +59,11 @@ def nearest(model: ExactModel, equations: NormalEquations) -> tuple[NearestEffec
             optimum = model.optimum(Attempt((candidate,), u, steps=_STEPS, farthest=_FARTHEST), 0.0)
             if optimum is not None and model.baseline.chi2 - optimum.chi2 > share * gap:
                 u, share = optimum.u, min((model.baseline.chi2 - optimum.chi2) / gap, 1.0)
-        described.append(_described(candidate, u, share))
+        described.append(_nearest_effect(candidate, u, share))
     return tuple(described)
 
 
-def _described(candidate: Candidate, u: FloatArray, share: float) -> NearestEffect:
+def _nearest_effect(candidate: Candidate, u: FloatArray, share: float) -> NearestEffect:
     if _negative(candidate, u):
         return NearestEffect(candidate.name, {}, share, f"{candidate.size} would have to be negative")
     parameters = candidate.parameters(u * candidate.width)

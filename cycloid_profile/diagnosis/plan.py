@@ -23,7 +23,7 @@ from cycloid_profile.measurement import HYSTERESIS, LOST_MOTION_MAP, PROFILE_SCA
 from cycloid_profile.rig import LOST_MOTION_SHARE, Settings, simulate
 
 SECOND_TEMPERATURE = "profile_scan at a second temperature"
-_FAMILIES = 30
+_FAMILIES = 30  # tests of a typical diagnosis that share the rate of false alarms
 _TRIAL = 0.25  # prior widths
 _LINEAR_LIMIT = 0.05  # prior widths: linear equations hold below this size
 _OUTPUT_ANGLE = 0.1  # output angle of the loops [rad], where no pin is in a root
@@ -53,11 +53,11 @@ DESIGNS = (
 
 
 @dataclass(frozen=True)
-class Visibility:
+class Detectability:
     """Smallest ``detectable`` and ``identifiable`` size of one effect in one set of measurements.
 
-    ``size``: name of the parameter with its unit. ``rival``: the effect with the most similar pattern; ``sine`` of the
-    angle between the patterns.
+    ``size``: name of the parameter with its unit. ``most_similar``: name of the effect with the most similar
+    pattern; ``sine`` of the angle between the patterns.
     """
 
     effect: str
@@ -65,11 +65,11 @@ class Visibility:
     size: str
     detectable: float
     identifiable: float
-    rival: str
+    most_similar: str
     sine: float
 
 
-def visibility(reducer: AsBuiltReducer, progress: Callable[[str], None] = lambda _: None) -> list[Visibility]:
+def detectability(reducer: AsBuiltReducer, progress: Callable[[str], None] = lambda _: None) -> list[Detectability]:
     """Detectable and identifiable sizes of all effects for each measurement of ``DESIGNS``, and for all together."""
     library = candidates(reducer, frozenset({0}), True)
     parts = []
@@ -80,7 +80,7 @@ def visibility(reducer: AsBuiltReducer, progress: Callable[[str], None] = lambda
         parts[0], R=np.sum([part.R for part in parts], axis=0), b=np.sum([part.b for part in parts], axis=0)
     )
     tables = [*((d.name, p) for d, p in zip(DESIGNS, parts, strict=True)), ("all of these", together)]
-    linear = [pair for name, equations in tables for pair in _visible(name, equations)]
+    linear = [pair for name, equations in tables for pair in _from_linear_equations(name, equations)]
     progress("checking the sizes with the exact model")
     return [_on_the_exact_model(reducer, library, row, candidate) for row, candidate in linear]
 
@@ -94,19 +94,19 @@ def separating_measurement(
     reducer: AsBuiltReducer,
     recordings: Sequence[Recording],
     member: Candidate,
-    rivals: Sequence[Candidate],
+    alternatives: Sequence[Candidate],
     progress: Callable[[str], None] = lambda _: None,
 ) -> str | None:
-    """Further measurement that separates a member from its rivals best; None without rivals.
+    """Further measurement that separates a member from its alternatives best; None without alternatives.
 
     The one that gives the largest minimum sine between their patterns, together with the recordings at hand.
     """
-    if not rivals:
+    if not alternatives:
         return None
-    if "thermal_growth" in {member.name, *(r.name for r in rivals)}:
+    if "thermal_growth" in {member.name, *(r.name for r in alternatives)}:
         # Of all effects, only thermal growth follows the temperature.
         return SECOND_TEMPERATURE
-    library = [member, *rivals]
+    library = [member, *alternatives]
     now = normal_equations([Whitened(Residuals(use_all_rows(r), reducer)) for r in recordings], library).R
     best = ("a scan of a second specimen", _TOO_CLOSE)
     for design in DESIGNS:
@@ -134,7 +134,7 @@ def _simulated(reducer: AsBuiltReducer, design: Design) -> Residuals:
     return Residuals(replace(ready, noise=Noise(design.noise)), reducer)
 
 
-def _visible(name: str, equations: NormalEquations) -> list[tuple[Visibility, Candidate]]:
+def _from_linear_equations(name: str, equations: NormalEquations) -> list[tuple[Detectability, Candidate]]:
     """Row of each effect from linear equations, at its most visible location."""
     found = []
     noncentrality_of = [i for i in range(len(equations.candidates)) if equations.R[2 * i, 2 * i] > 1e-6]
@@ -147,22 +147,22 @@ def _visible(name: str, equations: NormalEquations) -> list[tuple[Visibility, Ca
             chosen[candidate.name] = (least, i)
     for least, i in chosen.values():
         candidate = equations.candidates[i]
-        rival, sine = "", 1.0
+        most_similar, sine = "", 1.0
         for j in noncentrality_of if least < math.inf else []:
             if equations.candidates[j].name != candidate.name:
                 s = _sine(equations.R, i, j)
                 if s < sine:
-                    rival, sine = equations.candidates[j].name, s
+                    most_similar, sine = equations.candidates[j].name, s
         identifiable = least / sine if sine > _TOO_CLOSE else math.inf
-        row = Visibility(candidate.name, name, candidate.size, least, identifiable, rival, sine)
+        row = Detectability(candidate.name, name, candidate.size, least, identifiable, most_similar, sine)
         found.append((row, candidate))
     return found
 
 
 def _on_the_exact_model(
-    reducer: AsBuiltReducer, library: Sequence[Candidate], row: Visibility, candidate: Candidate
-) -> Visibility:
-    """The row with the size of equal visibility on the exact model; infinite beyond the plausible size."""
+    reducer: AsBuiltReducer, library: Sequence[Candidate], row: Detectability, candidate: Candidate
+) -> Detectability:
+    """The row with the size of equal detectability on the exact model; infinite beyond the plausible size."""
     if row.detectable == math.inf:
         return _to_second_order(reducer, library, row)
     size = row.detectable
@@ -170,19 +170,19 @@ def _on_the_exact_model(
         size = math.inf
     elif candidate.angle is None and row.measurements != DESIGNS[0].name and size > _LINEAR_LIMIT * candidate.width:
         needed = noncentrality(candidate.coordinates, _FAMILIES * places(library)[candidate.name])
-        size = exact_size(_measured(reducer, row), candidate, size, needed)
+        size = exact_size(_measurements_of(reducer, row), candidate, size, needed)
     identifiable = row.identifiable * (size / row.detectable)
     return replace(
         row, detectable=size, identifiable=identifiable if identifiable < candidate.implausible else math.inf
     )
 
 
-def _measured(reducer: AsBuiltReducer, row: Visibility) -> list[Residuals]:
+def _measurements_of(reducer: AsBuiltReducer, row: Detectability) -> list[Residuals]:
     """The measurements of a row."""
     return [_simulated(reducer, d) for d in DESIGNS if row.measurements in (d.name, "all of these")]
 
 
-def _to_second_order(reducer: AsBuiltReducer, library: Sequence[Candidate], row: Visibility) -> Visibility:
+def _to_second_order(reducer: AsBuiltReducer, library: Sequence[Candidate], row: Detectability) -> Detectability:
     """The row of an effect that cancels to first order and grows with the square of its size, such as ring runout."""
     candidate = next(c for c in library if c.name == row.effect)
     tried = _TRIAL * candidate.width
@@ -192,11 +192,12 @@ def _to_second_order(reducer: AsBuiltReducer, library: Sequence[Candidate], row:
         or candidate.effect([tried, 0.0]) is None
     ):
         return row
-    squares = noncentrality_of([m for m in _measured(reducer, row) if m.recording.kind.is_curve], candidate, tried)
+    curves = [m for m in _measurements_of(reducer, row) if m.recording.kind.is_curve]
+    squares = noncentrality_of(curves, candidate, tried)
     if squares < 1.0:
         return row
     size = tried * (noncentrality(candidate.coordinates, _FAMILIES) / squares) ** 0.25
-    return replace(row, detectable=size, identifiable=size, rival="", sine=1.0)
+    return replace(row, detectable=size, identifiable=size, most_similar="", sine=1.0)
 
 
 def _sine(R: FloatArray, i: int, j: int) -> float:

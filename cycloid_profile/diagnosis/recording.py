@@ -41,9 +41,10 @@ _FRICTION_MARGIN = 1.25
 _MIDDLE = 0.3  # share of the largest torque within which the branches are compared
 # Share of the rated torque after a reversal that is omitted: the friction law at reversals is uncertain.
 NEAR_TURN = 0.05
+# Held-out rows come in blocks, so that correlated noise does not reach them from fitted rows.
 _BLOCKS_PER_LOBE = 6
-_BLOCKS_PER_TURN = 60
-_LOOP_BLOCK = 5
+_BLOCKS_PER_TURN = 60  # of 6°, two thirds of a pin pitch of 40 pins
+_LOOP_BLOCK = 5  # rows
 _HELD_OUT = 5  # one block in five
 _FEW_ERRORS = 5  # up to this number, notes give their locations
 

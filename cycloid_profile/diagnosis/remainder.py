@@ -9,30 +9,30 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import BSpline
-from scipy.sparse import csr_array, eye_array
-from scipy.sparse.linalg import spsolve
-from scipy.special import chdtri
 
 from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
 from cycloid_profile.modification import NormalDeviation
 from cycloid_profile.units import UM
 
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
 LABEL = "fitted, not physics"
 SHORTEST_WAVE = 1.0 / 12.0  # of a lobe
-_DEGREE = 3
-_FIRST_PER_LOBE = 9
-_INTERVALS_PER_WAVE = 3.0
-_LOBES_PER_FIRST = 3
-_SAMPLES_PER_LOBE = 48
+_DEGREE = 3  # continuous curvature: a wheel can follow
+_FIRST_PER_LOBE = 9  # knots before the first split: three waves a lobe
+_INTERVALS_PER_WAVE = 3.0  # a cubic spline resolves a wave with three intervals
+_LOBES_PER_FIRST = 3  # lobes per first interval round the disc
+_SAMPLES_PER_LOBE = 48  # four of the shortest wave
 _LEAST_POINTS = 3  # on either half of an interval that is split
 _CHANCE = 1e-3  # probability that noise alone splits an interval
 _GAIN_ANY = 4.0  # standard deviations of chi² that a curve must gain
 _FADE = 0.5  # rad over which the curve fades out towards a lobe without points
-_RIDGE = 1e-6
-_DEEPEST = 8
+_RIDGE = 1e-6  # of the largest diagonal element, far below the weight of one point
+_DEEPEST = 8  # halvings tried at once
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,6 +149,8 @@ def _intervals_to_split(
     knots: FloatArray, fit: _Spline, x: FloatArray, y: FloatArray, sigma: FloatArray, least: float
 ) -> BoolArray:
     """Intervals with a significant improvement by inner knots at any finer level: one level alone may miss a wave."""
+    from scipy.special import chdtri
+
     now = _per_interval(knots, x, ((y - fit(x)) / sigma) ** 2)
     room = np.diff(knots) >= 2.0 * least * (1.0 - 1e-9)
     split = np.zeros(room.size, dtype=bool)
@@ -168,6 +170,9 @@ def _intervals_to_split(
 
 def _least_squares(knots: FloatArray, x: FloatArray, y: FloatArray, sigma: FloatArray) -> _Spline:
     """Weighted least squares; a small ridge keeps the spline at zero where there are no points."""
+    from scipy.sparse import csr_array, eye_array
+    from scipy.sparse.linalg import spsolve
+
     A = _design(knots, x)
     weighted = csr_array(A.multiply(sigma[:, np.newaxis] ** -2.0))
     gram = A.T @ weighted
@@ -177,6 +182,9 @@ def _least_squares(knots: FloatArray, x: FloatArray, y: FloatArray, sigma: Float
 
 def _design(knots: FloatArray, x: FloatArray) -> csr_array:
     """Values of the periodic basis at ``x`` within the period, shape (points, intervals)."""
+    from scipy.interpolate import BSpline
+    from scipy.sparse import csr_array
+
     n, period = knots.size - 1, knots[-1] - knots[0]
     before, after = knots[-1 - _DEGREE : -1] - period, knots[1 : 1 + _DEGREE] + period
     open_knots = np.concatenate([before, knots, after])

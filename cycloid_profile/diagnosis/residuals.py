@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import copy
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.sparse import csr_array
 
 from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
 from cycloid_profile.diagnosis._flank_grid import FlankGrid
@@ -14,8 +14,11 @@ from cycloid_profile.diagnosis.candidate import Candidate
 from cycloid_profile.diagnosis.recording import Recording
 from cycloid_profile.effects import AsBuiltReducer, removal_between
 from cycloid_profile.measurement import HYSTERESIS, LOST_MOTION_MAP, PROFILE_SCAN, TRANSMISSION_ERROR
-from cycloid_profile.rig import CurvePrediction, FirstOrder, predict_curves, register_scan
+from cycloid_profile.rig import CurvePrediction, LinearisedCurve, predict_curves, register_scan
 from cycloid_profile.units import DEGREE, UM
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 # A nuisance wider than this number of standard deviations of a row counts as unknown.
 _FREE = 100.0
@@ -23,7 +26,7 @@ _FREE = 100.0
 _ACCURACIES = 2.0
 # Prior widths of the nuisances, in the unit of the column.
 DATUM_ACCURACY_UM = 0.1  # origin of a scan whose datum is the bore
-_UNKNOWN = 1e6
+_UNKNOWN = 1e6  # standard deviation of a free nuisance, far above ``_FREE``
 _NOTHING = np.zeros((1, 2))
 _DRIFT = {HYSTERESIS: 0.002, TRANSMISSION_ERROR: 0.02, LOST_MOTION_MAP: 0.0005}
 
@@ -63,7 +66,7 @@ class Residuals:
         else:
             if predicted is None:
                 predicted = predicted_curves([recording], reducer)[0]
-            self.first_order = FirstOrder(predicted)
+            self.first_order = LinearisedCurve(predicted)
             self.residual = measurement.value[rows] - predicted.value
             ramp = np.linspace(-1.0, 1.0, rows.size)
             columns = [_DRIFT[recording.kind] * ramp]

@@ -34,7 +34,7 @@ from cycloid_profile.diagnosis.result import Diagnosis, FileGap, NamedEffect
 from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.measurement import PROFILE_SCAN, Measurement, scanned_disc
 
-_LEAST_EVIDENCE = 5.0
+_LEAST_EVIDENCE = 5.0  # odds of 150 to 1 against no effect
 _EXPLAINED = 0.9  # share of the initial residual that accepted effects explain if a residual remains
 _HELD_OUT = 1.5  # times the noise: 436 correct results had at most 1.25 on held-out rows
 _WORSENED = 25.0  # of chi²
@@ -86,7 +86,7 @@ def diagnose(
         )
         if again.final.log_evidence > explanation.final.log_evidence:
             explanation = again
-    return _answer(explanation, files, not_seen, progress)
+    return _result(explanation, files, not_seen, progress)
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,7 +195,7 @@ def _agreement(detected: _Detected, files: _Files, not_seen: NotSeen) -> Diagnos
     )
 
 
-def _answer(explanation: _Explanation, files: _Files, not_seen: NotSeen, progress: Callable[[str], None]) -> Diagnosis:
+def _result(explanation: _Explanation, files: _Files, not_seen: NotSeen, progress: Callable[[str], None]) -> Diagnosis:
     """Result with the accepted effects, else with an unknown effect and its place."""
     detected, best = explanation.detected, explanation.found.best
     reducer, notes = detected.model.reducer, files.notes
@@ -204,7 +204,7 @@ def _answer(explanation: _Explanation, files: _Files, not_seen: NotSeen, progres
     if _is_accepted(explanation):
         effects = named_effects(explanation.found, detected.everything, explanation.final, progress)
         notes += [*location_notes(effects), *rotation_notes(detected.everything, explanation.final)]
-    corrected = _with(reducer, effects)
+    corrected = _reducer_with(reducer, effects)
     where = _places(detected.detection) or _places(
         detect(detected.everything.baseline.blocks, None, within_accuracy=True)
     )
@@ -270,7 +270,7 @@ def _worsens_a_file(everything: ExactModel, final: Optimum) -> bool:
     return any(after.chi2 > before.chi2 + _WORSENED for before, after in blocks)
 
 
-def _with(reducer: AsBuiltReducer, effects: Sequence[NamedEffect]) -> AsBuiltReducer:
+def _reducer_with(reducer: AsBuiltReducer, effects: Sequence[NamedEffect]) -> AsBuiltReducer:
     for one in effects:
         reducer = one.effect.apply(reducer)
     return reducer

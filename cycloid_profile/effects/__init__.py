@@ -8,10 +8,13 @@ from cycloid_profile.effects.base import coordinates as coordinates
 from cycloid_profile.effects.base import parameters as parameters
 from cycloid_profile.effects.compliance_and_friction import CoulombFriction as CoulombFriction
 from cycloid_profile.effects.compliance_and_friction import CrankBearingCompliance as CrankBearingCompliance
+from cycloid_profile.effects.compliance_and_friction import ElastoslideFriction as ElastoslideFriction
 from cycloid_profile.effects.compliance_and_friction import EncoderEccentricity as EncoderEccentricity
 from cycloid_profile.effects.compliance_and_friction import LoadProportionalFriction as LoadProportionalFriction
+from cycloid_profile.effects.compliance_and_friction import NonlinearSeriesCompliance as NonlinearSeriesCompliance
 from cycloid_profile.effects.compliance_and_friction import PinSupportCompliance as PinSupportCompliance
 from cycloid_profile.effects.compliance_and_friction import SeriesCompliance as SeriesCompliance
+from cycloid_profile.effects.compliance_and_friction import ViscoelasticCreep as ViscoelasticCreep
 from cycloid_profile.effects.crank import CarrierBoreError as CarrierBoreError
 from cycloid_profile.effects.crank import CrankBearingClearance as CrankBearingClearance
 from cycloid_profile.effects.crank import CrankEccentricityError as CrankEccentricityError
@@ -40,9 +43,9 @@ from cycloid_profile.effects.reducer import AsBuiltReducer as AsBuiltReducer
 from cycloid_profile.effects.reducer import as_drawn as as_drawn
 from cycloid_profile.effects.reducer import encoder_error as encoder_error
 from cycloid_profile.effects.registry import EFFECTS as EFFECTS
-from cycloid_profile.effects.registry import build as build
-from cycloid_profile.effects.registry import effect as effect
-from cycloid_profile.effects.registry import table as table
+from cycloid_profile.effects.registry import apply_effects as apply_effects
+from cycloid_profile.effects.registry import effect_from_table as effect_from_table
+from cycloid_profile.effects.registry import effect_to_table as effect_to_table
 from cycloid_profile.effects.ring import PinCircleRadiusError as PinCircleRadiusError
 from cycloid_profile.effects.ring import PinPositionError as PinPositionError
 from cycloid_profile.effects.ring import PinRadiusError as PinRadiusError
@@ -52,3 +55,5 @@ from cycloid_profile.effects.ring import PinRingRunout as PinRingRunout
 from cycloid_profile.effects.ring import PinRingThreeLobed as PinRingThreeLobed
 from cycloid_profile.effects.ring import RingMountingOvality as RingMountingOvality
 from cycloid_profile.effects.ring import SinglePinError as SinglePinError
+from cycloid_profile.effects.series import SeriesTwist as SeriesTwist
+from cycloid_profile.effects.series import transmitted_torque as transmitted_torque

@@ -15,6 +15,7 @@ from cycloid_profile.arrays import FloatArray
 from cycloid_profile.effects.reducer import AsBuiltReducer
 from cycloid_profile.errors import SpecError
 
+DISC_PART = "number of the disc, 1 for the first; all discs if absent"
 _LARGEST = 1e300  # whole numbers of a spec file can be larger than any float
 
 
@@ -58,6 +59,11 @@ def angle_field(text: str) -> Any:
     return dataclasses.field(default=0.0, metadata=meta)
 
 
+def shape_field(text: str, default: float, low: float, high: float) -> Any:
+    """A field that holds a number without unit which shapes an effect, such as an exponent."""
+    return dataclasses.field(default=default, metadata={"text": text, "low": low, "high": high, "tolerance": None})
+
+
 def part_field(text: str, default: int | None = None, most: int = 1000) -> Any:
     """A field that holds the number of a part counted from 1, or of a choice; a default of None means all parts."""
     meta = {"text": text, "low": 1, "high": most, "tolerance": None, "whole": True}
@@ -67,8 +73,8 @@ def part_field(text: str, default: int | None = None, most: int = 1000) -> Any:
 class Effect:
     """Base of all effects: frozen, comparable, bounds checked.
 
-    ``name`` in files and commands is that of the class in lower case: ``DiscRunout`` is ``disc_runout``. ``cure``, the
-    remedy at the machine. The effect repeats ``harmonic`` times while its angle turns once; its linear coordinates
+    ``name`` in files and commands is that of the class in lower case: ``DiscRunout`` is ``disc_runout``. ``remedy`` at
+    the machine. The effect repeats ``harmonic`` times while its angle turns once; its linear coordinates
     rotate by ``phase_per_lobe_index`` lobe pitches when the lobe index shifts by one. The response is linear in the
     size or ``linear_in_reciprocal``.
 
@@ -77,7 +83,7 @@ class Effect:
 
     name: ClassVar[str]
     location: ClassVar[EffectLocation]
-    cure: ClassVar[str]
+    remedy: ClassVar[str]
     harmonic: ClassVar[int] = 1
     phase_per_lobe_index: ClassVar[float] = 0.0
     linear_in_reciprocal: ClassVar[bool] = False

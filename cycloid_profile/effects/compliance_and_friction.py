@@ -7,19 +7,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cycloid_profile.contact.laws import OnSpring
-from cycloid_profile.effects.base import Effect, EffectLocation, angle_field, size_field
+from cycloid_profile.effects.base import Effect, EffectLocation, angle_field, shape_field, size_field
 from cycloid_profile.effects.reducer import AsBuiltReducer
+from cycloid_profile.effects.series import CreepTwist, PowerTwist
 from cycloid_profile.units import ARCMIN, ARCSEC, DEGREE, NEWTON_METRE, UM
 
 
 @dataclass(frozen=True)
 class SeriesCompliance(Effect):
-    """Shafts, carrier, main bearings and housing give way in series with the stage: Θ increases by T/k.
+    """Compliance of shafts, carrier, main bearings and housing in series with the stage: Θ increases by T/k.
 
     The torsional compliance increases by the same amount at every torque.
     """
 
-    cure = "nothing on the machine; it belongs to the model"
+    remedy = "nothing on the machine; it belongs to the model"
     location = EffectLocation.COMPLIANCE
     linear_in_reciprocal = True
     stiffness_nm_per_arcmin: float = size_field("stiffness in series [N·m/′]", 150.0, 0.1, 1e6)
@@ -30,23 +31,59 @@ class SeriesCompliance(Effect):
 
 
 @dataclass(frozen=True)
+class NonlinearSeriesCompliance(Effect):
+    """Joints, bearings and housing in series with the stage twist with a power of the torque.
+
+    An exponent below 1 stiffens under load, as contacts do; one above 1 softens, as plastics do.
+    """
+
+    remedy = "tighter joints, preload; it belongs to the model"
+    location = EffectLocation.COMPLIANCE
+    twist_arcmin: float = size_field("twist at rated torque [arcmin]", 1.0, 0.0, 6000.0)
+    exponent: float = shape_field("exponent of the torque", 0.7, 0.2, 5.0)
+
+    def apply(self, reducer: AsBuiltReducer) -> AsBuiltReducer:
+        twist = PowerTwist(self.twist_arcmin * ARCMIN, self.exponent, abs(reducer.case.torque))
+        return replace(reducer, further_twists=(*reducer.further_twists, twist))
+
+
+@dataclass(frozen=True)
+class ViscoelasticCreep(Effect):
+    """Plastic parts in series with the stage go on twisting after the torque has changed, and come back late.
+
+    The loop opens as friction opens it, and its ends are round. At rest the twist is proportional to the torque.
+    """
+
+    remedy = "stiffer material, lower stress, measure more slowly"
+    location = EffectLocation.COMPLIANCE
+    twist_arcmin: float = size_field("late twist at rated torque, at rest [arcmin]", 1.0, 0.0, 6000.0)
+    relaxation_share: float = shape_field(
+        "change of torque, over the rated one, in which 63 % of the twist follows", 0.3, 0.01, 10.0
+    )
+
+    def apply(self, reducer: AsBuiltReducer) -> AsBuiltReducer:
+        rated = abs(reducer.case.torque)
+        twist = CreepTwist(self.twist_arcmin * ARCMIN, self.relaxation_share * rated, rated)
+        return replace(reducer, further_twists=(*reducer.further_twists, twist))
+
+
+@dataclass(frozen=True)
 class CrankBearingCompliance(Effect):
     """Crank bearings softer than the drawing has them: their compliance grows by the amount."""
 
-    cure = "check preload and fits of the crank bearings"
+    remedy = "check preload and fits of the crank bearings"
     location = EffectLocation.COMPLIANCE
     added_um_per_kn: float = size_field("added radial compliance of each bearing [µm/kN]", 1.0, 0.0, 1000.0)
 
     def apply(self, reducer: AsBuiltReducer) -> AsBuiltReducer:
-        compliance = 1.0 / reducer.case.drive.support.bearing_stiffness + self.added_um_per_kn * UM / 1e3
-        return reducer.with_bearings(stiffness=1.0 / compliance)
+        return reducer.with_bearings(softer=self.added_um_per_kn * UM / 1e3)
 
 
 @dataclass(frozen=True)
 class PinSupportCompliance(Effect):
-    """Pins that give way in their seats, or bend between them: δ increases by c·F."""
+    """Compliance of the pins in their seats, and their bending between these: δ increases by c·F."""
 
-    cure = "half-bores over the whole length, thicker ring"
+    remedy = "half-bores over the whole length, thicker ring"
     location = EffectLocation.COMPLIANCE
     added_um_per_kn: float = size_field("added compliance of each pin [µm/kN]", 1.0, 0.0, 1000.0)
 
@@ -59,7 +96,7 @@ class PinSupportCompliance(Effect):
 class CoulombFriction(Effect):
     """Friction that does not depend on load: seals, preload, grease. The loop opens evenly."""
 
-    cure = "softer seals, less preload"
+    remedy = "softer seals, less preload"
     location = EffectLocation.FRICTION
     torque_nm: float = size_field("friction torque at the output [N·m]", 5.0, 0.0, 1e5)
 
@@ -68,10 +105,28 @@ class CoulombFriction(Effect):
 
 
 @dataclass(frozen=True)
+class ElastoslideFriction(Effect):
+    """Coulomb friction of many contacts that slip one after the other: the loop turns round at its ends."""
+
+    remedy = "softer seals, less preload"
+    location = EffectLocation.FRICTION
+    torque_nm: float = size_field("mean friction torque at the output [N·m]", 5.0, 0.0, 1e5)
+    spread: float = shape_field("half the range of the slip torques over their mean", 1.0, 0.0, 1.0)
+
+    def apply(self, reducer: AsBuiltReducer) -> AsBuiltReducer:
+        torque = self.torque_nm * NEWTON_METRE
+        return replace(
+            reducer,
+            coulomb_torque=reducer.coulomb_torque + torque,
+            friction_spread=reducer.friction_spread + self.spread * torque,
+        )
+
+
+@dataclass(frozen=True)
 class LoadProportionalFriction(Effect):
     """Friction of the loaded contacts: a share of the torque. The loop opens towards its ends."""
 
-    cure = "lubricant, surface of the flanks, pins that turn"
+    remedy = "lubricant, surface of the flanks, pins that turn"
     location = EffectLocation.FRICTION
     coefficient: float = size_field("friction torque over torque", 0.03, 0.0, 0.9)
 
@@ -83,7 +138,7 @@ class LoadProportionalFriction(Effect):
 class EncoderEccentricity(Effect):
     """Angle encoder mounted off the axis: the angle read is wrong by A cos(Θ − φ), once per turn of the output."""
 
-    cure = "centre the encoder, or read two heads"
+    remedy = "centre the encoder, or read two heads"
     location = EffectLocation.SENSOR
     amplitude_arcsec: float = size_field("amplitude of the angle error [arcsec]", 5.0, 0.0, 36000.0)
     phase_deg: float = angle_field("output angle of the largest error [°]")

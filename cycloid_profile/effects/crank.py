@@ -8,14 +8,21 @@ import numpy as np
 
 from cycloid_profile.arrays import ComplexArray
 from cycloid_profile.contact.bodies import crank_turn_per_carrier_turn
-from cycloid_profile.effects.base import Effect, EffectLocation, angle_field, part_field, part_indices, size_field
+from cycloid_profile.effects.base import (
+    DISC_PART,
+    Effect,
+    EffectLocation,
+    angle_field,
+    part_field,
+    part_indices,
+    size_field,
+)
 from cycloid_profile.effects.reducer import AsBuiltReducer
 from cycloid_profile.errors import SpecError
 from cycloid_profile.geometry import Cranks
 from cycloid_profile.units import ARCMIN, DEGREE, UM
 
 _CRANK = "number of the crank shaft, 1 at angle 0; all of them if absent"
-_DISC = "number of the disc, 1 for the first; all discs if absent"
 
 
 class _OnCranks(Effect):
@@ -39,10 +46,10 @@ class _OnCranks(Effect):
 class CrankEccentricityError(_OnCranks):
     """Eccentric of a crank shaft larger than drawn."""
 
-    cure = "sort cranks into classes, or regrind the eccentric"
+    remedy = "sort cranks into classes, or regrind the eccentric"
     amount_um: float = size_field("eccentricity above the drawing [µm]", 3.0, -200.0, 200.0)
     crank: int | None = part_field(_CRANK)
-    disc: int | None = part_field(_DISC)
+    disc: int | None = part_field(DISC_PART)
 
     def apply(self, reducer: AsBuiltReducer) -> AsBuiltReducer:
         return replace(reducer, eccentric_shift=reducer.eccentric_shift + self._at_parts(reducer, self.amount_um * UM))
@@ -52,10 +59,10 @@ class CrankEccentricityError(_OnCranks):
 class CrankPhaseError(_OnCranks):
     """Eccentric turned on its shaft, or planet assembled with an angular offset of a fraction of a pitch."""
 
-    cure = "time the cranks"
+    remedy = "time the cranks"
     angle_arcmin: float = size_field("angle ahead of the drawing [arcmin]", 5.0, -300.0, 300.0)
     crank: int | None = part_field(_CRANK)
-    disc: int | None = part_field(_DISC)
+    disc: int | None = part_field(DISC_PART)
 
     def apply(self, reducer: AsBuiltReducer) -> AsBuiltReducer:
         across = 1j * reducer.case.drive.trochoid.eccentricity * self.angle_arcmin * ARCMIN
@@ -66,7 +73,7 @@ class CrankPhaseError(_OnCranks):
 class CrankHoleError(_OnCranks):
     """Crank bore of a disc out of its place."""
 
-    cure = "bore the discs of one reducer together"
+    remedy = "bore the discs of one reducer together"
     amplitude_um: float = size_field("distance from its place [µm]", 3.0, 0.0, 200.0)
     direction_deg: float = angle_field("direction in the disc, 0 outwards at crank 1 [°]")
     crank: int | None = part_field("number of the crank shaft, 1 at angle 0", 1)
@@ -79,25 +86,25 @@ class CrankHoleError(_OnCranks):
 
 @dataclass(frozen=True)
 class CrankBearingClearance(Effect):
-    """Play in the crank bearings beyond the drawing: lost motion grows by 2c/r_c, flat."""
+    """Play in the crank bearings beyond the drawing: lost motion grows by 2c/r_c, equally at all poses."""
 
-    cure = "a smaller class"
+    remedy = "a smaller class"
     location = EffectLocation.CRANK
     radial_um: float = size_field("radial play, half the diametral clearance [µm]", 2.0, 0.0, 200.0)
 
     def apply(self, reducer: AsBuiltReducer) -> AsBuiltReducer:
-        return reducer.with_bearings(play=reducer.case.drive.support.bearing_play + self.radial_um * UM)
+        return reducer.with_bearings(looser=self.radial_um * UM)
 
 
 @dataclass(frozen=True)
 class CarrierBoreError(_OnCranks):
     """Bore of a crank shaft in the carrier out of its place: the shaft and its planet move with it.
 
-    Against the discs, like their bores of this crank moved the other way, all alike. The planet rolls on the sun: a
-    shift A_t along the circle turns the crank ahead by (1 + z1/z2) A_t/r_c.
+    Relative to the discs it acts as an equal and opposite shift of this bore in every disc. The planet rolls on the
+    sun: a shift A_t along the circle turns the crank ahead by (1 + z1/z2) A_t/r_c.
     """
 
-    cure = "bore carrier and discs on one coordinate table"
+    remedy = "bore carrier and discs on one coordinate table"
     amplitude_um: float = size_field("distance from its place [µm]", 3.0, 0.0, 200.0)
     direction_deg: float = angle_field("direction in the carrier, 0 outwards (radial), 90 along the circle [°]")
     crank: int | None = part_field("number of the crank shaft, 1 at angle 0", 1)

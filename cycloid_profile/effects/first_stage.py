@@ -35,7 +35,7 @@ class PlanetRunout(_InFirstStage):
     Lead A/r with the pitch radius r = m z2/2.
     """
 
-    cure = "gear cut on the bearing seats"
+    remedy = "gear cut on the bearing seats"
     amplitude_um: float = size_field("eccentricity of the pitch circle [µm]", 10.0, 0.0, 500.0)
     phase_deg: float = angle_field("direction at crank angle 0 [°]")
     planet: int | None = part_field("number of the planet, which is that of its crank", 1)
@@ -57,7 +57,7 @@ class CommonPlanetRunout(_InFirstStage):
     with other phases are one ``planet_runout`` each.
     """
 
-    cure = "cut the gears on the bearing seats; mount planets with their high sides turned against each other"
+    remedy = "cut the gears on the bearing seats; mount planets with their high sides turned against each other"
     amplitude_um: float = size_field("eccentricity of the pitch circles [µm]", 10.0, 0.0, 500.0)
     phase_deg: float = angle_field("direction at crank angle 0, of planet 1 [°]")
     form: int = part_field("1: all drive ahead together; 2: eccentricities parallel", 1, most=2)
@@ -76,7 +76,7 @@ class SunRunout(_InFirstStage):
     cancel on the mean: the cranks work against each other, and discs that differ show it at z_p(1 + z2/z1).
     """
 
-    cure = "cut the sun on its shaft's seats, or let it float between the planets"
+    remedy = "cut the sun on its shaft's seats, or let it float between the planets"
     amplitude_um: float = size_field("eccentricity of the pitch circle [µm]", 10.0, 0.0, 500.0)
     phase_deg: float = angle_field("direction at crank angle 0 [°]")
 
@@ -93,7 +93,7 @@ class InputRunout(Effect):
     The output follows by the ratio less, once per turn of the input, at every torque.
     """
 
-    cure = "align the coupling, centre the motor's encoder"
+    remedy = "align the coupling, centre the motor's encoder"
     location = EffectLocation.SENSOR
     amplitude_arcsec: float = size_field("amplitude of the angle error of the input [arcsec]", 60.0, 0.0, 36000.0)
     phase_deg: float = angle_field("input angle of the largest lead [°]")

@@ -11,12 +11,12 @@ from typing import NamedTuple
 import numpy as np
 
 from cycloid_profile.arrays import ComplexArray, FloatArray
-from cycloid_profile.contact.bodies import PartDeviations, support_misfit
+from cycloid_profile.contact.bodies import PartDeviations, bearing_law, support_misfit
 from cycloid_profile.contact.stage import ContactChange, ContactPoints, CurvedContacts, LoadedContacts
 from cycloid_profile.effects.reducer import AsBuiltReducer, encoder_error, output_error_by_input
 from cycloid_profile.geometry import ToothProfile, flank_side
 
-_SEATS = ("eccentric_shift", "bore_shift", "crank_lead", "sun_shift")
+_BEARING_SHIFTS = ("eccentric_shift", "bore_shift", "crank_lead", "sun_shift")
 
 
 def removal_between(before: ToothProfile, after: ToothProfile, phase: FloatArray, lobe: FloatArray) -> FloatArray:
@@ -29,7 +29,8 @@ def removal_between(before: ToothProfile, after: ToothProfile, phase: FloatArray
     if same and after.removals[:more] == before.removals:
         along = phase + 2.0 * np.pi * lobe
         side = flank_side(phase)
-        return sum((one.jet(along, side, after.trochoid).value for one in after.removals[more:]), np.zeros_like(along))
+        added = (one.derivatives(along, side, after.trochoid).value for one in after.removals[more:])
+        return sum(added, np.zeros_like(along))
     return -_flank_change(before, after, phase, lobe).shift.real
 
 
@@ -139,19 +140,17 @@ class ReducerChange:
         """Change of the unloaded bearing deflection by eccentric, bore and planet errors, shape (poses, bearings, 2)
         [mm].
         """
-        if all(getattr(self.after, name) is getattr(self.before, name) for name in _SEATS):
+        if all(getattr(self.after, name) is getattr(self.before, name) for name in _BEARING_SHIFTS):
             return None
-        moved = {name: getattr(self.after, name) - getattr(self.before, name) for name in _SEATS}
+        moved = {name: getattr(self.after, name) - getattr(self.before, name) for name in _BEARING_SHIFTS}
         return support_misfit(self.before.case.drive, crank_angle, PartDeviations(**moved)) / self.step
 
     def bearing_deflection_change(self, bearing_force: FloatArray) -> FloatArray | None:
-        """Change of the bearing deflection under the acting forces, by stiffness and play, shape (poses, bearings, 2)
-        [mm].
-        """
+        """Change of the deflection under the acting forces, by law and play, shape (poses, bearings, 2) [mm]."""
         old, new = self.before.case.drive.support, self.after.case.drive.support
-        softer = (1.0 / new.bearing_stiffness - 1.0 / old.bearing_stiffness) / self.step
-        if not (softer or self.play):
+        before, after = bearing_law(old), bearing_law(new)
+        if before == after and not self.play:
             return None
-        size = np.hypot(bearing_force[..., 0], bearing_force[..., 1])[..., np.newaxis]
-        direction = bearing_force / np.where(size > 0.0, size, 1.0)
-        return np.asarray(softer * bearing_force + self.play * direction)
+        size = np.hypot(bearing_force[..., 0], bearing_force[..., 1])
+        more = after.displacement(size, new.bearing_play) - before.displacement(size, old.bearing_play)
+        return np.asarray((more / self.step / np.where(size > 0.0, size, 1.0))[..., np.newaxis] * bearing_force)

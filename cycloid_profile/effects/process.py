@@ -14,7 +14,15 @@ import numpy as np
 from cycloid_profile.contact import sliding_speed
 from cycloid_profile.contact.disc import Equilibrium
 from cycloid_profile.effects._removals import OneLobe, PitchDeviationWave, Ramp, Shift, ToothForm, Wave
-from cycloid_profile.effects.base import Effect, EffectLocation, angle_field, part_field, part_indices, size_field
+from cycloid_profile.effects.base import (
+    DISC_PART,
+    Effect,
+    EffectLocation,
+    angle_field,
+    part_field,
+    part_indices,
+    size_field,
+)
 from cycloid_profile.effects.reducer import AsBuiltReducer
 from cycloid_profile.geometry import NormalRemoval, ToothProfile
 from cycloid_profile.modification import FlankRemoval, NormalDeviation
@@ -23,7 +31,6 @@ from cycloid_profile.units import DEGREE, UM
 STEEL_EXPANSION = 11.5e-6  # 1/K
 # Feet on waves shorter than this are searched on each wave, from so many points on it.
 _SHORT_WAVE, _POINTS_ON_WAVE = 1.0, 8  # rad
-_DISC = "number of the disc, 1 for the first; all discs if absent"
 
 
 class _Disc(NamedTuple):
@@ -64,9 +71,9 @@ class EquidistantError(_OnDiscs):
     h = amount, the same everywhere. Source: docs/theory.md, Eq. 13.
     """
 
-    cure = "correct the equidistant setting by the amount"
+    remedy = "correct the equidistant setting by the amount"
     amount_um: float = size_field("removal [µm]", 2.0, -200.0, 200.0)
-    disc: int | None = part_field(_DISC)
+    disc: int | None = part_field(DISC_PART)
 
     def _modified_tooth(self, before: _Disc) -> ToothProfile:
         return replace(before.tooth, pin_radius=before.tooth.pin_radius + self.amount_um * UM)
@@ -79,9 +86,9 @@ class RadialMovingError(_OnDiscs):
     h = amount (1 − K1 cosψ) S. Looks like thermal growth of the disc. Source: docs/theory.md, Eq. 14.
     """
 
-    cure = "correct the infeed"
+    remedy = "correct the infeed"
     amount_um: float = size_field("removal at root and tip [µm]", 2.0, -200.0, 200.0)
-    disc: int | None = part_field(_DISC)
+    disc: int | None = part_field(DISC_PART)
 
     def _modified_tooth(self, before: _Disc) -> ToothProfile:
         path = before.tooth.trochoid
@@ -97,9 +104,9 @@ class GeneratingEccentricityError(_OnDiscs):
     docs/theory.md, "Normal removal by cause".
     """
 
-    cure = "correct the eccentricity"
+    remedy = "correct the eccentricity"
     amount_um: float = size_field("eccentricity above its setting [µm]", 1.0, -100.0, 100.0)
-    disc: int | None = part_field(_DISC)
+    disc: int | None = part_field(DISC_PART)
 
     def _modified_tooth(self, before: _Disc) -> ToothProfile:
         path = before.tooth.trochoid
@@ -113,9 +120,9 @@ class ThermalGrowth(_OnDiscs):
     h = −α ΔT Re(n̄ P), almost that of a radial-moving change of −α ΔT r_p.
     """
 
-    cure = "let the disc reach the temperature of the ring; scan at a second temperature to rule out a wrong infeed"
+    remedy = "let the disc reach the temperature of the ring; scan at a second temperature to rule out a wrong infeed"
     temperature_k: float = size_field("disc above housing [K]", 3.0, -100.0, 100.0)
-    disc: int | None = part_field(_DISC)
+    disc: int | None = part_field(DISC_PART)
 
     def _modified_tooth(self, before: _Disc) -> ToothProfile:
         growth = 1.0 + STEEL_EXPANSION * self.temperature_k
@@ -133,14 +140,14 @@ class DiscRunout(_OnDiscs):
 
     ``form`` of the removal: 1 moves the tooth as a whole, h = −A cos(θ_n − φ) with θ_n the direction of the
     normal; 2 removes by the angle alone, h = −A cos(θ − φ), as a radial indicator would show it. φ is the polar
-    angle towards which material stands out.
+    angle of the largest excess of material.
     """
 
-    cure = "centre the fixture on the bores"
+    remedy = "centre the fixture on the bores"
     phase_per_lobe_index = -1.0
     amplitude_um: float = size_field("amplitude, half the run-out read [µm]", 3.0, 0.0, 200.0)
     phase_deg: float = angle_field("polar angle of the high side [°]")
-    disc: int | None = part_field(_DISC)
+    disc: int | None = part_field(DISC_PART)
     form: int = part_field("1: tooth moved as a whole; 2: by the angle alone", 1, most=2)
 
     def _modified_tooth(self, before: _Disc) -> ToothProfile:
@@ -154,12 +161,12 @@ class DiscRunout(_OnDiscs):
 class DiscOval(_OnDiscs):
     """Disc oval after hardening or clamping: twice per turn, h = −A cos(2(θ − φ))."""
 
-    cure = "clamp without bending; grind after a second anneal"
+    remedy = "clamp without bending; grind after a second anneal"
     phase_per_lobe_index = -2.0
     harmonic = 2
     amplitude_um: float = size_field("amplitude [µm]", 2.0, 0.0, 200.0)
     phase_deg: float = angle_field("polar angle of a high side [°]")
-    disc: int | None = part_field(_DISC)
+    disc: int | None = part_field(DISC_PART)
 
     def _modified_tooth(self, before: _Disc) -> ToothProfile:
         return before.with_removal(
@@ -174,11 +181,11 @@ class CumulativePitchError(_OnDiscs):
     h = −A sinψ S cos(t − φ), with t the angle along the disc; A is the largest deviation along the normal, at ψ0.
     """
 
-    cure = "correct the index or the encoder mounting of the work spindle"
+    remedy = "correct the index or the encoder mounting of the work spindle"
     phase_per_lobe_index = 1.0
     amplitude_um: float = size_field("amplitude along the normal at ψ0 [µm]", 3.0, 0.0, 200.0)
     phase_deg: float = angle_field("angle along the disc of the largest error [°]")
-    disc: int | None = part_field(_DISC)
+    disc: int | None = part_field(DISC_PART)
 
     def _modified_tooth(self, before: _Disc) -> ToothProfile:
         return before.with_removal(
@@ -193,10 +200,10 @@ class WheelWearDrift(_OnDiscs):
     h falls linearly from 0 on the first lobe to −amount on the last, with a step between them.
     """
 
-    cure = "dress more often, or spread the lobes over several passes"
+    remedy = "dress more often, or spread the lobes over several passes"
     amount_um: float = size_field("material left on the last lobe [µm]", 1.0, -100.0, 100.0)
     first_lobe: int = part_field("lobe ground first, 1 has its root at angle 0", 1)
-    disc: int | None = part_field(_DISC)
+    disc: int | None = part_field(DISC_PART)
 
     def _modified_tooth(self, before: _Disc) -> ToothProfile:
         (lobe,) = part_indices(self, "first_lobe", self.first_lobe, before.tooth.trochoid.lobes)
@@ -210,11 +217,11 @@ class GrindingChatter(_OnDiscs):
     h = A cos(n t − φ) by the angle t along the disc.
     """
 
-    cure = "change speed so that n moves, balance the wheel"
+    remedy = "change speed so that n moves, balance the wheel"
     amplitude_um: float = size_field("amplitude [µm]", 0.3, 0.0, 50.0)
     waves_per_turn: float = size_field("waves round the disc", 1000.0, 3.0, 20000.0)
     phase_deg: float = angle_field("phase of the wave at lobe 1's root [°]")
-    disc: int | None = part_field(_DISC)
+    disc: int | None = part_field(DISC_PART)
 
     def _modified_tooth(self, before: _Disc) -> ToothProfile:
         length = before.tooth.trochoid.phase_period / self.waves_per_turn
@@ -227,16 +234,16 @@ class GrindingChatter(_OnDiscs):
 class ToothFormError(_OnDiscs):
     """The same deviation of form on every tooth: h = A cos(n ψ − φ), n whole waves from root to root.
 
-    φ = 0 and 180° are alike on both flanks, ±90° opposite. With ``flank`` the other flank stays as drawn. Several
-    harmonics, or flanks that differ, are one effect each.
+    φ = 0 and 180° act equally on both flanks, ±90° with opposite signs. With ``flank`` the other flank is nominal.
+    Several harmonics, or flanks that differ, are one effect each.
     """
 
-    cure = "correct the profile of the wheel, or the program of the path"
+    remedy = "correct the profile of the wheel, or the program of the path"
     amplitude_um: float = size_field("amplitude [µm]", 2.0, 0.0, 50.0)
     phase_deg: float = angle_field("phase of the wave at the root [°]")
     waves: int = part_field("waves from root to root", 2, most=20)
     flank: int | None = part_field("1: carries positive torque, 2: negative torque; both if absent", most=2)
-    disc: int | None = part_field(_DISC)
+    disc: int | None = part_field(DISC_PART)
 
     def _modified_tooth(self, before: _Disc) -> ToothProfile:
         length = 2.0 * np.pi / self.waves
@@ -252,9 +259,9 @@ class MissingDeformationCompensation(_OnDiscs):
     h = amount |sinψ| S. Source: docs/theory.md, Eq. 16.
     """
 
-    cure = "grind with the compensated program"
+    remedy = "grind with the compensated program"
     amount_um: float = size_field("δmax that is missing [µm]", 2.0, -50.0, 50.0)
-    disc: int | None = part_field(_DISC)
+    disc: int | None = part_field(DISC_PART)
 
     def _modified_tooth(self, before: _Disc) -> ToothProfile:
         return before.with_removal(FlankRemoval(self.amount_um * UM))
@@ -268,10 +275,10 @@ class FlankWear(_OnDiscs):
     torque, 2 a negative one. Source: Archard, J. Appl. Phys. 24 (1953) 981.
     """
 
-    cure = "regrind, or look after lubricant and load"
+    remedy = "regrind, or look after lubricant and load"
     amount_um: float = size_field("deepest wear [µm]", 2.0, 0.0, 100.0)
     flank: int = part_field("1: carries positive torque, 2: carries negative torque", 1, most=2)
-    disc: int | None = part_field(_DISC)
+    disc: int | None = part_field(DISC_PART)
 
     def _modified_tooth(self, before: _Disc) -> ToothProfile:
         phase, depth = archard_depth(before.reducer)
@@ -299,7 +306,7 @@ class SingleToothError(_OnDiscs):
     h = amount on both flanks of that lobe.
     """
 
-    cure = "look at the lobe; regrind if low on material elsewhere"
+    remedy = "inspect the lobe; regrind if other lobes have material left to remove"
     amount_um: float = size_field("removal, negative where the lobe is high [µm]", 1.0, -200.0, 200.0)
     lobe: int = part_field("number of the lobe, 1 has its root at angle 0, counted clockwise", 1)
     disc: int | None = part_field("number of the disc, 1 for the first", 1)

@@ -9,7 +9,8 @@ import numpy as np
 from cycloid_profile._display import Described
 from cycloid_profile.arrays import ComplexArray, FloatArray
 from cycloid_profile.contact import LoadCase
-from cycloid_profile.contact.bodies import PartDeviations
+from cycloid_profile.contact.bodies import PartDeviations, softened_support
+from cycloid_profile.effects.series import SeriesTwist, transmitted_torque
 from cycloid_profile.geometry import Cranks, Drive, ToothProfile
 from cycloid_profile.units import ARCMIN, NEWTON_METRE
 
@@ -21,11 +22,11 @@ class AsBuiltReducer(Described):
     ``case`` holds the drive with its bearings and contact law, the nominal tooth and the rated torque; ``teeth`` the
     tooth of each disc. The arrays of parts are those of ``PartDeviations``.
 
-    ``series_compliance`` of shafts, carrier and housing beyond the stage [rad/(N·mm)]. Friction against
-    motion, as a torque on the output: ``coulomb_torque`` [N·mm], and ``proportional_friction`` times the
-    torque. ``encoder``, eccentricity of the angle encoder as an angle amplitude, see ``encoder_error`` [rad].
-    ``input_error``, amplitude of the angle by which the input is ahead of its reading, once per turn of the input
-    [rad].
+    ``series_compliance`` of shafts, carrier and housing beyond the stage [rad/(N·mm)], and their ``further_twists``.
+    Friction against motion, as a torque on the output: ``coulomb_torque`` with its ``friction_spread`` [N·mm], and
+    ``proportional_friction`` times the torque. ``encoder``, eccentricity of the angle encoder as an angle amplitude,
+    see ``encoder_error`` [rad]. ``input_error``, amplitude of the angle by which the input is ahead of its reading,
+    once per turn of the input [rad].
     """
 
     case: LoadCase
@@ -37,7 +38,9 @@ class AsBuiltReducer(Described):
     crank_lead: ComplexArray
     sun_shift: complex = 0j
     series_compliance: float = 0.0
+    further_twists: tuple[SeriesTwist, ...] = ()
     coulomb_torque: float = 0.0
+    friction_spread: float = 0.0
     proportional_friction: float = 0.0
     encoder: complex = 0j
     input_error: complex = 0j
@@ -73,18 +76,32 @@ class AsBuiltReducer(Described):
         read = encoder_error(self.encoder, output_angle)
         return np.asarray(read + output_error_by_input(self.case.drive, self.input_error, output_angle))
 
+    def stage_torque(self, torque: FloatArray, before: float = -1.0) -> FloatArray:
+        """Torque that friction leaves to the stage along a path of load, ``before`` the sign of the load before it, in
+        the shape of ``torque`` [N·mm].
+        """
+        friction = self.coulomb_torque, self.proportional_friction
+        return transmitted_torque(torque, *friction, before, self.friction_spread)
+
+    def series_twist(self, torque: FloatArray, applied: FloatArray | None = None) -> FloatArray:
+        """Twist in series with the stage, in the shape of ``torque`` [N·mm → rad]: settled at each torque, or along the
+        path of the torque ``applied`` to the output.
+        """
+        twists = self.further_twists
+        further = (one.settled(torque) if applied is None else one.along(torque, applied) for one in twists)
+        return np.asarray(sum(further, self.series_compliance * torque))
+
     def with_tooth(self, disc: int, tooth: ToothProfile) -> AsBuiltReducer:
         """The same with another tooth on one disc, counted from 0."""
         return replace(self, teeth=(*self.teeth[:disc], tooth, *self.teeth[disc + 1 :]))
 
-    def with_bearings(self, stiffness: float | None = None, play: float | None = None) -> AsBuiltReducer:
-        """The same with another radial ``stiffness`` [N/mm] or ``play`` [mm] of the crank bearings."""
+    def with_bearings(self, softer: float = 0.0, looser: float = 0.0) -> AsBuiltReducer:
+        """The same with crank bearings ``softer`` by a radial compliance in series [mm/N] and ``looser`` by a radial
+        play [mm].
+        """
         drive = self.case.drive
-        support = replace(
-            drive.support,
-            bearing_stiffness=drive.support.bearing_stiffness if stiffness is None else stiffness,
-            bearing_play=drive.support.bearing_play if play is None else play,
-        )
+        held = softened_support(drive.support, softer) if softer else drive.support
+        support = replace(held, bearing_play=held.bearing_play + looser)
         return replace(self, case=replace(self.case, drive=replace(drive, support=support)))
 
     def _key_figures(self) -> dict[str, str]:

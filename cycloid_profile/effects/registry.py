@@ -21,7 +21,7 @@ EFFECTS: dict[str, type[Effect]] = {
 }
 
 
-def effect(table: Mapping[str, Any]) -> Effect:
+def effect_from_table(table: Mapping[str, Any]) -> Effect:
     """The effect of one table of ``[[effects]]``.
 
     Raises ``SpecError`` if name or parameter is unknown (offering the nearest), one is missing, or a value out of
@@ -44,12 +44,12 @@ def effect(table: Mapping[str, Any]) -> Effect:
     return kind(**values)
 
 
-def table(of: Effect) -> dict[str, Any]:
+def effect_to_table(of: Effect) -> dict[str, Any]:
     """The effect as a table for a spec file; parts that mean "all" are left out."""
     values = {field.name: getattr(of, field.name) for field in dataclasses.fields(of)}  # type: ignore[arg-type]
     return {"name": of.name} | {key: value for key, value in values.items() if value is not None}
 
 
-def build(case: LoadCase, effects: Iterable[Effect]) -> AsBuiltReducer:
+def apply_effects(case: LoadCase, effects: Iterable[Effect]) -> AsBuiltReducer:
     """The nominal reducer with all ``effects``, one after the other."""
     return reduce(lambda reducer, one: one.apply(reducer), effects, as_drawn(case))

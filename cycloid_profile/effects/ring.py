@@ -37,7 +37,7 @@ class _OnRing(Effect):
 class PinRadiusError(_OnRing):
     """All pins thicker than drawn by the amount in radius. Gap: −amount."""
 
-    cure = "another size class of pins"
+    remedy = "another size class of pins"
     amount_um: float = size_field("radius above the drawing [µm]", 1.0, -100.0, 100.0)
 
     def _oversize(self, pin_angle: FloatArray) -> FloatArray:
@@ -48,7 +48,7 @@ class PinRadiusError(_OnRing):
 class PinCircleRadiusError(_OnRing):
     """Pin circle larger than drawn by the amount. Gap: amount times the radial part of the normal."""
 
-    cure = "match the discs' radial-moving amount to the ring, or regrind the pin bores"
+    remedy = "match the discs' radial-moving amount to the ring, or regrind the pin bores"
     amount_um: float = size_field("pin circle above the drawing, in radius [µm]", 3.0, -200.0, 200.0)
 
     def _shift(self, pin_angle: FloatArray) -> ComplexArray:
@@ -59,7 +59,7 @@ class PinCircleRadiusError(_OnRing):
 class PinRingRunout(_OnRing):
     """Pin ring off the axis of the main bearings by A towards φ."""
 
-    cure = "bore ring and bearing seats in one clamping"
+    remedy = "bore ring and bearing seats in one clamping"
     amplitude_um: float = size_field("offset [µm]", 5.0, 0.0, 200.0)
     phase_deg: float = angle_field("direction of the offset [°]")
 
@@ -82,7 +82,7 @@ class _GroundForm(_OnRing):
 class PinRingOval(_GroundForm):
     """Pin ring oval: radial displacement A cos(2(α − φ))."""
 
-    cure = "clamp the housing without bending it"
+    remedy = "clamp the housing without bending it"
     harmonic = 2
     amplitude_um: float = size_field("amplitude in radius [µm]", 3.0, 0.0, 200.0)
     phase_deg: float = angle_field("angle of a wide place [°]")
@@ -92,7 +92,7 @@ class PinRingOval(_GroundForm):
 class PinRingThreeLobed(_GroundForm):
     """Pin ring with three lobes: radial displacement A cos(3(α − φ))."""
 
-    cure = "clamp the housing on its face instead of in three jaws"
+    remedy = "clamp the housing on its face instead of in three jaws"
     harmonic = 3
     amplitude_um: float = size_field("amplitude in radius [µm]", 3.0, 0.0, 200.0)
     phase_deg: float = angle_field("angle of a wide place [°]")
@@ -106,7 +106,7 @@ class RingMountingOvality(_OnRing):
     those of a ring ground oval do not. One wave moves the ring as a whole, as ``pin_ring_runout`` does.
     """
 
-    cure = "tighten the bolts crosswise and evenly, ease the fit"
+    remedy = "tighten the bolts crosswise and evenly, ease the fit"
     amplitude_um: float = size_field("amplitude in radius [µm]", 3.0, 0.0, 200.0)
     phase_deg: float = angle_field("phase of the wave at pin 1, k times the angle of a wide place [°]")
     waves: int = part_field("waves round the ring: 2 of a fit, n of n bolts", 2, most=20)
@@ -120,7 +120,7 @@ class RingMountingOvality(_OnRing):
 class PinRingCumulativePitch(_OnRing):
     """Indexing error of the pin bores: tangential displacement A sin(α − φ)."""
 
-    cure = "correct the index table"
+    remedy = "correct the index table"
     amplitude_um: float = size_field("amplitude along the circle [µm]", 4.0, 0.0, 200.0)
     phase_deg: float = angle_field("angle where it passes zero [°]")
 
@@ -133,7 +133,7 @@ class PinRingCumulativePitch(_OnRing):
 class SinglePinError(_OnRing):
     """One pin thicker or thinner than the others."""
 
-    cure = "change the pin"
+    remedy = "change the pin"
     amount_um: float = size_field("radius above the others [µm]", 1.0, -200.0, 200.0)
     pin: int = part_field("number of the pin, 1 at angle 0, counted anticlockwise", 1)
 
@@ -149,7 +149,7 @@ class PinPositionError(_OnRing):
     Where the pin carries, the disc cannot distinguish it from a pin of another radius, which diagnosis names instead.
     """
 
-    cure = "bore the ring in one set-up"
+    remedy = "bore the ring in one set-up"
     amplitude_um: float = size_field("distance from its place [µm]", 2.0, 0.0, 200.0)
     direction_deg: float = angle_field("direction in the housing [°]")
     pin: int = part_field("number of the pin, 1 at angle 0, counted anticlockwise", 1)

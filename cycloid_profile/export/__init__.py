@@ -1,33 +1,6 @@
 """Exact outlines and tooth profiles as files of other programs, each read back and measured."""
 
-from cycloid_profile.export.curves import Arcs as Arcs
-from cycloid_profile.export.curves import Deviation as Deviation
-from cycloid_profile.export.curves import ProfileSource as ProfileSource
-from cycloid_profile.export.curves import SpecifiedProfile as SpecifiedProfile
-from cycloid_profile.export.curves import SplinePiece as SplinePiece
-from cycloid_profile.export.curves import deviation as deviation
-from cycloid_profile.export.curves import deviation_both_ways as deviation_both_ways
-from cycloid_profile.export.curves import disc_arcs as disc_arcs
-from cycloid_profile.export.curves import disc_splines as disc_splines
-from cycloid_profile.export.curves import distances as distances
-from cycloid_profile.export.dxf import read_dxf_arcs as read_dxf_arcs
-from cycloid_profile.export.dxf import read_dxf_profile as read_dxf_profile
-from cycloid_profile.export.dxf import write_polyline as write_polyline
-from cycloid_profile.export.formats import EXPORTERS as EXPORTERS
-from cycloid_profile.export.formats import check_deviation as check_deviation
-from cycloid_profile.export.formats import exporter_for as exporter_for
-from cycloid_profile.export.formats import write_formats as write_formats
-from cycloid_profile.export.inspection import InspectionPlan as InspectionPlan
-from cycloid_profile.export.inspection import inspection_plan as inspection_plan
-from cycloid_profile.export.nc import PolarGrinding as PolarGrinding
-from cycloid_profile.export.nc import polar_grinding as polar_grinding
-from cycloid_profile.export.nc import read_gcode as read_gcode
-from cycloid_profile.export.points import measuring_points as measuring_points
-from cycloid_profile.export.points import read_table as read_table
-from cycloid_profile.export.writing import Exporter as Exporter
-from cycloid_profile.export.writing import LibraryMissing as LibraryMissing
-from cycloid_profile.export.writing import WrittenFile as WrittenFile
-from cycloid_profile.export.writing import atomic_folder as atomic_folder
-from cycloid_profile.export.writing import manifest_entry as manifest_entry
-from cycloid_profile.export.writing import unchanged_entries as unchanged_entries
-from cycloid_profile.export.writing import write_manifest as write_manifest
+import lazy_loader as _lazy
+
+# Names are declared in __init__.pyi and imported when first used: writing a report needs no CAD exporter.
+__getattr__, __dir__, __all__ = _lazy.attach_stub(__name__, __file__)

@@ -19,10 +19,10 @@ from cycloid_profile.geometry.drive import InvoluteStage as InvoluteStage
 from cycloid_profile.geometry.drive import modification_sizes as modification_sizes
 from cycloid_profile.geometry.outline import DiscOutline as DiscOutline
 from cycloid_profile.geometry.outline import Hole as Hole
-from cycloid_profile.geometry.outline import least_web as least_web
+from cycloid_profile.geometry.outline import thinnest_web as thinnest_web
 from cycloid_profile.geometry.profile import NormalRemoval as NormalRemoval
 from cycloid_profile.geometry.profile import PointCloud as PointCloud
-from cycloid_profile.geometry.profile import RemovalJet as RemovalJet
+from cycloid_profile.geometry.profile import RemovalDerivatives as RemovalDerivatives
 from cycloid_profile.geometry.profile import ToothPoints as ToothPoints
 from cycloid_profile.geometry.profile import ToothProfile as ToothProfile
 from cycloid_profile.geometry.profile import flank_side as flank_side

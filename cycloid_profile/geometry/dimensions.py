@@ -11,8 +11,8 @@ from cycloid_profile.arrays import FloatArray
 from cycloid_profile.geometry.profile import ToothProfile
 from cycloid_profile.geometry.trochoid import require_positive
 
-_GRID = 4001
-_ZOOMS = 3
+_GRID = 4001  # phases; isolates the extremes of curvature
+_ZOOMS = 3  # each refines the phase 2,000 times, to rounding
 
 
 @dataclass(frozen=True, slots=True)

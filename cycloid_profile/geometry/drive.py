@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from cycloid_profile.errors import GeometryError
 from cycloid_profile.geometry.profile import ToothProfile
 from cycloid_profile.geometry.trochoid import Trochoid, require_positive
+
+if TYPE_CHECKING:  # the drive holds its rollers; their force is a matter of contact
+    from cycloid_profile.contact.bodies import RollerBearing
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,35 +19,39 @@ class Cranks:
     """Crank shafts of an RV reducer: ``count`` eccentrics on a circle of the carrier.
 
     ``circle_radius`` [mm]; radial ``bearing_stiffness`` [N/mm] of each crank bearing against a disc, and its radial
-    ``bearing_play``, half the diametral clearance [mm].
+    ``bearing_play``, half the diametral clearance [mm]. ``rollers`` take the place of the spring of that stiffness;
+    with them the play is negative under preload.
     """
 
     count: int
     circle_radius: float
     bearing_stiffness: float
     bearing_play: float = 0.0
+    rollers: RollerBearing | None = None
 
     def __post_init__(self) -> None:
         if self.count < 1:
             raise GeometryError("cranks.count", self.count, "is below 1", "give 2 or 3 crank shafts")
         require_positive("cranks.circle_radius", self.circle_radius, "mm")
         require_positive("bearing_stiffness", self.bearing_stiffness, "N/mm")
-        _require_play(self.bearing_play)
+        _require_play(self.bearing_play, self.rollers)
 
 
 @dataclass(frozen=True, slots=True)
 class CentralEccentric:
     """Support by one eccentric bearing in the disc's centre; the disc drives the output through pins in holes.
 
-    ``bearing_stiffness`` [N/mm] and ``bearing_play`` [mm] of the eccentric bearing, both radial.
+    ``bearing_stiffness`` [N/mm] and ``bearing_play`` [mm] of the eccentric bearing, both radial, and ``rollers`` as in
+    ``Cranks``.
     """
 
     bearing_stiffness: float
     bearing_play: float = 0.0
+    rollers: RollerBearing | None = None
 
     def __post_init__(self) -> None:
         require_positive("bearing_stiffness", self.bearing_stiffness, "N/mm")
-        _require_play(self.bearing_play)
+        _require_play(self.bearing_play, self.rollers)
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,8 +141,8 @@ def modification_sizes(drive: Drive, profile: ToothProfile) -> tuple[float, floa
     return equidistant, drive.trochoid.pin_circle_radius - profile.trochoid.pin_circle_radius
 
 
-def _require_play(play: float) -> None:
-    if not (math.isfinite(play) and play >= 0.0):
+def _require_play(play: float, rollers: RollerBearing | None) -> None:
+    if not (math.isfinite(play) and (play >= 0.0 or rollers is not None)):
         raise GeometryError(
             "bearing_play", f"{play} mm", "is negative or not finite", "give half the diametral clearance, 0 for none"
         )

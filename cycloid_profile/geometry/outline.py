@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 _POINTS_PER_LOBE = 120  # chords within 3 µm on an RV-40E, far below any web width
 _CHORDS = 1e-4  # mm, chord error of openings that are not round
-_NAMES_SHOWN = 8
+_NAMES_SHOWN = 8  # of openings in one sentence
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +67,7 @@ class DiscOutline(Described):
         return float(np.abs(self.profile.at(math.pi).position))
 
 
-def least_web(outline: DiscOutline) -> tuple[float, str]:
+def thinnest_web(outline: DiscOutline) -> tuple[float, str]:
     """Thinnest wall between openings, or between an opening and the teeth [mm], and its location.
 
     Negative by the depth of an intersection. Exact between round holes, within some µm otherwise; infinite for a

@@ -17,10 +17,10 @@ from cycloid_profile.arrays import ArrayLike, ComplexArray, FloatArray
 from cycloid_profile.errors import GeometryError
 from cycloid_profile.geometry.trochoid import Trochoid, require_positive
 
-_REVERSAL_GRID = 721
+_REVERSAL_GRID = 721  # phases; a reversal of the curve spans many half degrees
 
 
-class RemovalJet(NamedTuple):
+class RemovalDerivatives(NamedTuple):
     """Normal removal h [mm] with its first and second derivative by phase [mm/rad, mm/rad²]."""
 
     value: FloatArray
@@ -46,7 +46,7 @@ class NormalRemoval(Protocol):
         """Phases in [0, 2π) where the slope of h jumps [rad]."""
         ...
 
-    def jet(self, phase: FloatArray, side: FloatArray, trochoid: Trochoid) -> RemovalJet:
+    def derivatives(self, phase: FloatArray, side: FloatArray, trochoid: Trochoid) -> RemovalDerivatives:
         """Removal and derivatives on the flank ``side`` (±1), in the shape of ``phase``."""
         ...
 
@@ -218,15 +218,15 @@ class ToothProfile(Described):
         """Phases in [0, 2π) of tangent discontinuities [rad]; the same on every lobe."""
         return tuple(sorted({c for removal in self.removals for c in removal.corners}))
 
-    def removal(self, phase: ArrayLike, side: FloatArray | None = None) -> RemovalJet:
+    def removal(self, phase: ArrayLike, side: FloatArray | None = None) -> RemovalDerivatives:
         """Sum of all removals beyond the parallel curve, in the shape of ``phase``."""
         psi = np.asarray(phase, dtype=np.float64)
         flank = flank_side(psi) if side is None else side
         h, dh, ddh = np.zeros_like(psi), np.zeros_like(psi), np.zeros_like(psi)
         for removal in self.removals:
-            jet = removal.jet(psi, flank, self.trochoid)
+            jet = removal.derivatives(psi, flank, self.trochoid)
             h, dh, ddh = h + jet.value, dh + jet.first, ddh + jet.second
-        return RemovalJet(h, dh, ddh)
+        return RemovalDerivatives(h, dh, ddh)
 
     @property
     def identical_lobes(self) -> bool:
@@ -241,7 +241,7 @@ class ToothProfile(Described):
         those of phase + 2π·lobe, rotated from that lobe to lobe 0.
         """
         psi = np.asarray(phase, dtype=np.float64)
-        path = self.trochoid.jet(psi)
+        path = self.trochoid.derivatives(psi)
         c = self.trochoid.pin_circle_radius / self.trochoid.lobes
         Q: float | FloatArray = self.pin_radius
         dh = ddh = None

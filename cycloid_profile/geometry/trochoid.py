@@ -15,7 +15,7 @@ from cycloid_profile.arrays import ArrayLike, ComplexArray, FloatArray
 from cycloid_profile.errors import GeometryError
 
 
-class TrochoidJet(NamedTuple):
+class TrochoidDerivatives(NamedTuple):
     """Pin centre, normal and derivatives of the trochoid, all in the shape of the phases (Eqs. 1–4).
 
     ``centre`` C(ψ) seen from the disc [mm] and outward unit ``normal`` n, complex; ``speed`` w = 1/S with its
@@ -85,8 +85,8 @@ class Trochoid:
         """Phase of one whole disc, 2π z_c [rad]."""
         return 2.0 * math.pi * self.lobes
 
-    def jet(self, phase: ArrayLike) -> TrochoidJet:
-        """See ``TrochoidJet``; ``phase`` ψ [rad]."""
+    def derivatives(self, phase: ArrayLike) -> TrochoidDerivatives:
+        """See ``TrochoidDerivatives``; ``phase`` ψ [rad]."""
         psi = np.asarray(phase, dtype=np.float64)
         K1, z_p, z_c = self.short_width_ratio, self.pins, self.lobes
         # Two sine-cosine pairs suffice: of ψ/2, which gives 1 − cosψ without loss of digits, and of ψ/z_c, the
@@ -102,7 +102,7 @@ class Trochoid:
         K1_sin = K1 * sin
         # Not slow * (...): numpy swaps the factors to reuse a large temporary, so that the last bit of a complex
         # product would depend on the number of points.
-        return TrochoidJet(
+        return TrochoidDerivatives(
             centre=np.multiply(slow, _complex((r_p - a) + a * versine, a * sin)),
             normal=np.multiply(slow, _complex(((1.0 - K1) + K1 * versine) / w, K1_sin / w)),
             speed=w,

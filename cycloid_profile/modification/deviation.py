@@ -12,13 +12,13 @@ import numpy as np
 from cycloid_profile._display import Described
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.errors import GeometryError
-from cycloid_profile.geometry import RemovalJet, ToothProfile, Trochoid
+from cycloid_profile.geometry import RemovalDerivatives, ToothProfile, Trochoid
 from cycloid_profile.units import UM
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
 
-_LEAST_POINTS = 4
+_LEAST_POINTS = 4  # of a periodic cubic spline
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -92,11 +92,11 @@ class NormalDeviation(Described):
         closed = np.append(self.phase, self.phase[0] + self.period)
         return CubicSpline(closed, np.append(self.removal, self.removal[0]), bc_type="periodic")
 
-    def jet(self, phase: FloatArray, side: FloatArray, trochoid: Trochoid) -> RemovalJet:
+    def derivatives(self, phase: FloatArray, side: FloatArray, trochoid: Trochoid) -> RemovalDerivatives:
         """Removal and derivatives, in the shape of ``phase``; independent of ``side`` and ``trochoid``."""
         del side, trochoid
         psi = self.phase[0] + np.mod(phase - self.phase[0], self.period)
-        return RemovalJet(self._spline(psi), self._spline(psi, 1), self._spline(psi, 2))
+        return RemovalDerivatives(self._spline(psi), self._spline(psi, 1), self._spline(psi, 2))
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,6 +8,7 @@ from .design import load_map as load_map
 from .design import load_sharing as load_sharing
 from .design import polar_path as polar_path
 from .design import profile_comparison as profile_comparison
+from .design import rotation_by_part as rotation_by_part
 from .design import stage_load as stage_load
 from .design import tooth as tooth
 from .diagnosis import correction as correction

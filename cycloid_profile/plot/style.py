@@ -42,8 +42,8 @@ _RC: dict[Any, Any] = {
     "svg.fonttype": "none",
     "path.simplify_threshold": 0.05,
 }
-_PIXELS_PER_INCH = 110
-_PNG_COLOURS = 256
+_PIXELS_PER_INCH = 110  # 9 inches are 1,000 pixels, the width of a page
+_PNG_COLOURS = 256  # the most that a palette holds
 
 
 def plain(text: str) -> str:

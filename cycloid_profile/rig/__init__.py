@@ -15,7 +15,7 @@ from cycloid_profile.rig.hysteresis import Loop as Loop
 from cycloid_profile.rig.hysteresis import LoopFigures as LoopFigures
 from cycloid_profile.rig.hysteresis import evaluate_loop as evaluate_loop
 from cycloid_profile.rig.hysteresis import hysteresis_loop as hysteresis_loop
-from cycloid_profile.rig.linearised_curves import FirstOrder as FirstOrder
+from cycloid_profile.rig.linearised_curves import LinearisedCurve as LinearisedCurve
 from cycloid_profile.rig.prediction import LEAST_COMPARED_SHARE as LEAST_COMPARED_SHARE
 from cycloid_profile.rig.prediction import CurvePrediction as CurvePrediction
 from cycloid_profile.rig.prediction import predict_curve as predict_curve
@@ -24,7 +24,7 @@ from cycloid_profile.rig.registration import RegisteredScan as RegisteredScan
 from cycloid_profile.rig.registration import register_scan as register_scan
 from cycloid_profile.rig.residuals import MeasurementResidual as MeasurementResidual
 from cycloid_profile.rig.residuals import measurement_residual as measurement_residual
-from cycloid_profile.rig.reversal import ARTICLE_SPEED as ARTICLE_SPEED
+from cycloid_profile.rig.reversal import PUBLISHED_REVERSAL_SPEED as PUBLISHED_REVERSAL_SPEED
 from cycloid_profile.rig.reversal import ReversalRun as ReversalRun
 from cycloid_profile.rig.reversal import reversal_run as reversal_run
 from cycloid_profile.rig.simulation import Settings as Settings

@@ -19,8 +19,9 @@ from cycloid_profile.rig._equivalent_poses import equivalent_poses
 from cycloid_profile.rig.hysteresis import LOST_MOTION_SHARE
 from cycloid_profile.units import ARCMIN, ARCSEC, DEGREE, NEWTON_METRE
 
+# Over a turn of the output. Of 40 pins the mesh order, 1,560, is aliased to 1,440 by 3,000 poses, as docs/rig.md says.
 TRANSMISSION_POSES, MAP_POSES, SWEEP_POSES = 3000, 600, 240
-SHARES = np.linspace(0.1, 1.5, 15).round(1)
+SHARES = np.linspace(0.1, 1.5, 15).round(1)  # of the rated torque, in steps of a tenth
 _TOUCH_SHARE = 1e-3  # of the rated torque: presses a flank without deforming it
 
 
@@ -179,7 +180,7 @@ def encoder_readings(reducer: AsBuiltReducer, torques: FloatArray, poses: int) -
     rotation = np.concatenate([np.where(block.settled, block.rotation, np.nan) for block in blocks])
     turned = rotation[equivalent.representative].reshape(torques.size, poses)
     read = reducer.angle_error(angle)
-    return np.asarray(turned + reducer.series_compliance * torques[:, np.newaxis] + read)
+    return np.asarray(turned + reducer.series_twist(torques)[:, np.newaxis] + read)
 
 
 def touch_angles(reducer: AsBuiltReducer, poses: int) -> FloatArray:

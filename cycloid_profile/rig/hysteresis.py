@@ -20,7 +20,7 @@ from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.errors import MeasurementError
 from cycloid_profile.units import ARCMIN, DEGREE, NEWTON_METRE
 
-POINTS = 400
+POINTS = 400  # rows of a loop; its figures are interpolated between them
 # Lost motion is read between ± this share of the rated torque, or of the peak of a loop.
 LOST_MOTION_SHARE = 0.03
 # Share of the rated torque below which the stage is unloaded inside the backlash: it rests on the flank touched last.
@@ -105,7 +105,7 @@ def hysteresis_loop(
     ``before``, the sign of the preceding torque, sets the initially loaded flank within the backlash.
     """
     T = torque_path(abs(reducer.case.torque) if peak is None else peak, points)
-    transmitted = stage_torque(T, reducer.coulomb_torque, reducer.proportional_friction, before)
+    transmitted = reducer.stage_torque(T, before)
     crank = -output_angle * reducer.case.drive.trochoid.lobes
     least = UNLOADED_SHARE * abs(reducer.case.torque)
     unloaded = np.abs(transmitted) < least
@@ -116,22 +116,8 @@ def hysteresis_loop(
     stage = StageEquilibrium(deviations=reducer.deviations)
     solved = stage.at(reducer.case, crank, solved_torque)
     angle = np.where(solved.settled, solved.rotation, np.nan)
-    read = reducer.angle_error(output_angle)
-    return Loop(reducer, output_angle, T, transmitted, angle + reducer.series_compliance * transmitted + read)
-
-
-def stage_torque(torque: FloatArray, coulomb: float, proportional: float, before: float = -1.0) -> FloatArray:
-    """Torque that friction transmits to the stage, for torques applied one after the other [N·mm].
-
-    A play operator: the stage follows when the difference exceeds coulomb + proportional·|torque| [N·mm].
-    """
-    transmitted = np.empty_like(torque)
-    now = math.copysign(coulomb, before)
-    for i, T in enumerate(torque):
-        band = coulomb + proportional * abs(T)
-        now = min(max(now, T - band), T + band)
-        transmitted[i] = now
-    return transmitted
+    read = angle + reducer.series_twist(transmitted, T) + reducer.angle_error(output_angle)
+    return Loop(reducer, output_angle, T, transmitted, read)
 
 
 def evaluate_loop(torque: FloatArray, angle: FloatArray) -> LoopFigures:

@@ -15,9 +15,7 @@ from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
 from cycloid_profile.contact.stage import StageTangent
 from cycloid_profile.effects import AsBuiltReducer, ReducerChange
 from cycloid_profile.measurement import HYSTERESIS
-from cycloid_profile.rig.hysteresis import stage_torque
-from cycloid_profile.rig.prediction import CurvePrediction, Term, preceding_sign
-from cycloid_profile.units import NEWTON_METRE
+from cycloid_profile.rig.prediction import CurvePrediction, Term, loop_path
 
 
 class FlankWeights(NamedTuple):
@@ -38,7 +36,7 @@ class FlankWeights(NamedTuple):
         return int(np.max(self.of)) + 1
 
 
-class FirstOrder:
+class LinearisedCurve:
     """Changes of one predicted curve to first order."""
 
     def __init__(self, prediction: CurvePrediction) -> None:
@@ -96,12 +94,12 @@ class _TermTangent:
             by_shift, by_oversize = self.by_pins
             turned += (by_shift @ (after.pin_shift - before.pin_shift)).real
             turned += by_oversize @ (after.pin_oversize - before.pin_oversize)
-        turned += change.series_compliance * self.term.through
+        turned += after.series_twist(self.term.through) - before.series_twist(self.term.through)
         if change.sun_shift:
             turned += self._by_misfit_row_by_row(change)
         if (after.encoder, after.input_error) != (before.encoder, before.input_error):
             turned += change.angle_error(self.term.output_angle)
-        return turned + self._friction_change(after)
+        return turned + self._path_change(after)
 
     def _at_poses(self, change: ReducerChange) -> FloatArray:
         """Rotation by flanks, contact law and bearings, which equivalent poses have in common, shape (poses,)."""
@@ -139,17 +137,17 @@ class _TermTangent:
             at.pose[own], foot + 2.0 * np.pi * lobe, scale * self.weight[own], self.term.equivalent.representative
         )
 
-    def _friction_change(self, after: AsBuiltReducer) -> FloatArray | float:
+    def _path_change(self, after: AsBuiltReducer) -> FloatArray | float:
+        """Change of a loop by friction, and by what twists in series and remembers its path, shape (rows,) [rad]."""
         before = self.reducer
-        same = (
-            after.coulomb_torque == before.coulomb_torque
-            and after.proportional_friction == before.proportional_friction
-        )
+        names = ("coulomb_torque", "friction_spread", "proportional_friction", "further_twists")
+        same = all(getattr(after, name) == getattr(before, name) for name in names)
         if same or self.measurement.kind is not HYSTERESIS:
             return 0.0
-        torque = self.measurement["torque_nm"] * NEWTON_METRE
-        preceding = preceding_sign(self.measurement)
-        new_stage_torque = stage_torque(torque, after.coulomb_torque, after.proportional_friction, preceding)[self.rows]
+        new, twisted = loop_path(after, self.measurement)
+        through = self.term.through
         stiffness = self.term.sharing.torsional_stiffness[self.term.equivalent.representative]
-        compliance = 1.0 / stiffness + before.series_compliance
-        return np.asarray(np.nan_to_num(compliance) * (new_stage_torque - self.term.through))
+        turned = np.nan_to_num(1.0 / stiffness) * (new[self.rows] - through)
+        # A settled change of the series twist is in ``rotation`` already.
+        settled = after.series_twist(through) - before.series_twist(through)
+        return np.asarray(turned + twisted[self.rows] - self.term.twist - settled)

@@ -16,7 +16,6 @@ from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.errors import MeasurementError
 from cycloid_profile.measurement import Hysteresis, LostMotionMap, Measurement, MeasurementKind, TransmissionErrorCurve
 from cycloid_profile.rig._equivalent_poses import EquivalentPoses, equivalent_poses
-from cycloid_profile.rig.hysteresis import stage_torque
 from cycloid_profile.units import DEGREE, NEWTON_METRE
 
 # Share of the rated torque below which a row of a loop is not compared: close to the backlash the preceding load,
@@ -31,7 +30,8 @@ class Term:
     """One term of a row: ``weight`` times the angle read at ``output_angle`` [rad].
 
     ``sharing`` is the equilibrium of the solved poses, ``equivalent`` maps rows to these; ``through`` the torque
-    on the series compliance [N·mm]; ``comparable`` where there is an equilibrium outside the backlash.
+    that friction leaves to the stage [N·mm] and ``twist`` what it twists in series [rad]; ``comparable`` where there
+    is an equilibrium outside the backlash.
     """
 
     weight: float
@@ -39,13 +39,14 @@ class Term:
     equivalent: EquivalentPoses
     output_angle: FloatArray
     through: FloatArray
+    twist: FloatArray
     comparable: BoolArray
 
     def angle(self, reducer: AsBuiltReducer) -> FloatArray:
         """Encoder reading, NaN where the row has no equilibrium or is not compared, shape (rows,) [rad]."""
         turned = np.where(self.comparable, self.sharing.rotation[self.equivalent.representative], np.nan)
         read = reducer.angle_error(self.output_angle)
-        return np.asarray(turned + reducer.series_compliance * self.through + read)
+        return np.asarray(turned + self.twist + read)
 
     def place(self, rows: IntArray) -> StagePositions:
         """Positions of the parts of the stage in some rows."""
@@ -61,6 +62,7 @@ class Term:
             equivalent=equivalent,
             output_angle=self.output_angle[rows],
             through=self.through[rows],
+            twist=self.twist[rows],
             comparable=self.comparable[rows],
         )
 
@@ -100,11 +102,12 @@ class _UnsolvedTerm:
     output_angle: FloatArray
     solved_torque: FloatArray
     through: FloatArray
+    twist: FloatArray
     unloaded: BoolArray
 
     def solved(self, sharing: LoadSharing, equivalent: EquivalentPoses) -> Term:
         settled = sharing.settled[equivalent.representative] & ~self.unloaded
-        return Term(self.weight, sharing, equivalent, self.output_angle, self.through, settled)
+        return Term(self.weight, sharing, equivalent, self.output_angle, self.through, self.twist, settled)
 
 
 def predict_curve(reducer: AsBuiltReducer, measurement: Measurement, rows: IntArray | None = None) -> CurvePrediction:
@@ -157,6 +160,13 @@ def preceding_sign(measurement: Measurement) -> float:
     return -1.0 if torque[min(1, torque.size - 1)] >= torque[0] else 1.0
 
 
+def loop_path(reducer: AsBuiltReducer, loop: Measurement) -> tuple[FloatArray, FloatArray]:
+    """Torque on the stage [N·mm] and twist in series with it [rad], shape (rows,): both depend on the whole path."""
+    applied = loop["torque_nm"] * NEWTON_METRE
+    transmitted = reducer.stage_torque(applied, preceding_sign(loop))
+    return transmitted, reducer.series_twist(transmitted, applied)
+
+
 @singledispatch
 def _terms(
     kind: MeasurementKind, reducer: AsBuiltReducer, measurement: Measurement, rows: IntArray
@@ -169,31 +179,29 @@ def _terms(
 def _loop_terms(
     _: Hysteresis, reducer: AsBuiltReducer, measurement: Measurement, rows: IntArray
 ) -> list[_UnsolvedTerm]:
-    # Friction depends on the whole path.
-    path = measurement["torque_nm"] * NEWTON_METRE
-    friction = reducer.coulomb_torque, reducer.proportional_friction
-    transmitted = stage_torque(path, *friction, preceding_sign(measurement))[rows]
+    path, twisted = loop_path(reducer, measurement)
+    transmitted, twist = path[rows], twisted[rows]
     angle = np.full(rows.size, (measurement.number("output_angle_deg") or 0.0) * DEGREE)
     least = LEAST_COMPARED_SHARE * abs(reducer.case.torque)
     unloaded = np.abs(transmitted) < least
-    return [_UnsolvedTerm(1.0, angle, np.where(unloaded, least, transmitted), transmitted, unloaded)]
+    return [_UnsolvedTerm(1.0, angle, np.where(unloaded, least, transmitted), transmitted, twist, unloaded)]
 
 
 @_terms.register
 def _transmission_error_terms(
-    _: TransmissionErrorCurve, _reducer: AsBuiltReducer, measurement: Measurement, rows: IntArray
+    _: TransmissionErrorCurve, reducer: AsBuiltReducer, measurement: Measurement, rows: IntArray
 ) -> list[_UnsolvedTerm]:
-    return [_over_turn(measurement, rows, 1.0)]
+    return [_over_turn(reducer, measurement, rows, 1.0)]
 
 
 @_terms.register
 def _lost_motion_terms(
-    _: LostMotionMap, _reducer: AsBuiltReducer, measurement: Measurement, rows: IntArray
+    _: LostMotionMap, reducer: AsBuiltReducer, measurement: Measurement, rows: IntArray
 ) -> list[_UnsolvedTerm]:
-    return [_over_turn(measurement, rows, 1.0), _over_turn(measurement, rows, -1.0)]
+    return [_over_turn(reducer, measurement, rows, sign) for sign in (1.0, -1.0)]
 
 
-def _over_turn(measurement: Measurement, rows: IntArray, sign: float) -> _UnsolvedTerm:
+def _over_turn(reducer: AsBuiltReducer, measurement: Measurement, rows: IntArray, sign: float) -> _UnsolvedTerm:
     """Angles at ``sign`` times the torque of the file, weighted by ``sign``."""
     torque = (measurement.number("torque_nm") or 0.0) * NEWTON_METRE
     if torque == 0.0:
@@ -202,7 +210,7 @@ def _over_turn(measurement: Measurement, rows: IntArray, sign: float) -> _Unsolv
         )
     load = np.full(rows.size, sign * torque)
     angle = measurement["output_angle_deg"][rows] * DEGREE
-    return _UnsolvedTerm(sign, angle, load, load, np.zeros(rows.size, dtype=bool))
+    return _UnsolvedTerm(sign, angle, load, load, reducer.series_twist(load), np.zeros(rows.size, dtype=bool))
 
 
 def _equilibria(

@@ -14,10 +14,10 @@ from cycloid_profile.geometry import ToothProfile
 from cycloid_profile.measurement import Measurement
 
 LARGEST_DISTANCE = 0.2  # mm; a scan at a larger distance belongs to another disc
-_ROUNDS = 20
+_ROUNDS = 20  # most of Gauss–Newton; fewer by ``_CONVERGED``
 _STARTS = 4  # turns within a lobe from which the fit of a free scan starts
 _NEAR_ENOUGH = 0.05  # mm; no other start is tried
-_TABLE = 2001
+_TABLE = 2001  # start phases of a lobe; Newton refines the feet
 _NEARBY, _CONVERGED = 1e-3, 1e-11  # rad or mm
 _SINGLE_POINTS = 0.02  # share of points that may be gross errors of reading
 

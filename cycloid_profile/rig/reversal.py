@@ -22,13 +22,14 @@ from cycloid_profile.rig.curves_over_turn import touch_angles
 from cycloid_profile.units import ARCMIN, DEGREE
 
 # The article's drive V = 15000 sin(30 t) + 10890, whose unit is deg/s: 10890/6/121 = 15 rpm of the output.
-ARTICLE_SPEED = (15000.0 * DEGREE, 30.0, 10890.0 * DEGREE)
+PUBLISHED_REVERSAL_SPEED = (15000.0 * DEGREE, 30.0, 10890.0 * DEGREE)
+# Shares of the rated torque, dense near zero, where the contact law is curved.
 _CURVE = np.concatenate([[1e-3, 0.003, 0.01], np.linspace(0.03, 1.6, 40)])
-_TOUCH_POSES = 240
+_TOUCH_POSES = 240  # six a pin pitch of 40 pins
 # The output follows when the other flank carries this share of the rated torque.
 _LEAST_FOLLOWING_SHARE = 1e-3
 _BINDS = 1e-8  # rad; half a nanometre on the flank
-_STEPS_PER_SECOND = 16000
+_STEPS_PER_SECOND = 16000  # 3,000 a period of the published drive
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -94,7 +95,7 @@ def reversal_run(
     inertia: float = 0.05,
     damping: float = 0.2,
     duration: float = 1.2,
-    speed: tuple[float, float, float] = ARTICLE_SPEED,
+    speed: tuple[float, float, float] = PUBLISHED_REVERSAL_SPEED,
 ) -> ReversalRun:
     """Drive the input by v(t) = A sin(ωt) + C, ``speed`` = (A [rad/s], ω [rad/s], C [rad/s]), and record the output.
 
@@ -155,7 +156,7 @@ def _spring(reducer: AsBuiltReducer) -> _ContactTorque:
     if not curve.converged:
         raise SolveError("reversal run", "not started", "for lack of an equilibrium", "check bearings and torque", " ")
     # Twist beyond first touch of its own flank; the angle of the output decides where that touch is.
-    twist = curve.rotation - curve.touch + reducer.series_compliance * shares * rated
+    twist = curve.rotation - curve.touch + reducer.series_twist(shares * rated)
     forward = PchipInterpolator(np.append(0.0, twist[_CURVE.size :]), np.append(0.0, _CURVE * rated), extrapolate=True)
     backward = PchipInterpolator(
         np.append(twist[: _CURVE.size], 0.0), np.append(-_CURVE[::-1] * rated, 0.0), extrapolate=True

@@ -31,8 +31,9 @@ from cycloid_profile.rig.curves_over_turn import (
 from cycloid_profile.rig.hysteresis import LOST_MOTION_SHARE, POINTS, evaluate_loop, hysteresis_loop
 from cycloid_profile.units import ARCMIN, DEGREE, NEWTON_METRE
 
+# Fewest rows of a curve, and points of a scan on a lobe, four on each flank.
 _LEAST_POINTS, _LEAST_POINTS_PER_LOBE = 4, 8
-_SCAN_POINTS = 5000
+_SCAN_POINTS = 5000  # 128 a lobe of 39, as of a scanning probe
 
 
 @dataclass(frozen=True, slots=True)

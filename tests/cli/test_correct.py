@@ -12,7 +12,7 @@ import pytest
 
 from cycloid_profile.cli.main import run
 from cycloid_profile.diagnosis.remainder import LABEL
-from cycloid_profile.effects import AsBuiltReducer, Effect, build, effect
+from cycloid_profile.effects import AsBuiltReducer, Effect, apply_effects, effect_from_table
 from cycloid_profile.measurement import HYSTERESIS, Measurement, format_measurement, read_measurement
 from cycloid_profile.rig import measurement_residual
 from tests.diagnosis.correcting import CLOSED, HIDDEN, NOISE, drawn, found, named, of_table, scan_of
@@ -56,7 +56,7 @@ def test_correct_writes_the_path_and_what_to_expect(
     error, known = of_table(HIDDEN[7]), of_table(HIDDEN[6])
     diagnosed_as("effects_found", error)
     more = '[[effects]]\nname = "disc_oval"\namplitude_um = 3.0\nphase_deg = 20.0\ndisc = 1\n'
-    spec, scan = files(scan_of(build(drawn().case, [error, known]), 3), more)
+    spec, scan = files(scan_of(apply_effects(drawn().case, [error, known]), 3), more)
     assert run(["correct", spec, scan, "--out", str(tmp_path / "out"), "--json"]) == 0
     values = json.loads(capsys.readouterr().out)
     assert {path.name for path in (tmp_path / "out").iterdir()} == WRITTEN == {f["path"] for f in values["files"]}
@@ -143,7 +143,7 @@ def test_only_scans_are_taken(files: Files, tmp_path: Path, capsys: pytest.Captu
 def test_errors_of_the_ring_alone_leave_nothing_to_grind(
     files: Files, diagnosed_as: Callable[..., None], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    diagnosed_as("effects_found", effect({"name": "pin_radius_error", "amount_um": 2.0}))
+    diagnosed_as("effects_found", effect_from_table({"name": "pin_radius_error", "amount_um": 2.0}))
     spec, scan = files(scan_of(drawn(), 2))
     assert run(["correct", spec, scan, "--out", str(tmp_path / "out")]) == 1
     assert "grinding the disc does not remove it" in capsys.readouterr().err

@@ -17,7 +17,7 @@ from cycloid_profile.contact.disc import Equilibrium
 from cycloid_profile.contact.laws import Palmgren
 from cycloid_profile.contact.mesh import backlash, first_touch, gaps, mesh, mesh_cycle
 from cycloid_profile.contact.stage import StageEquilibrium
-from cycloid_profile.geometry import CentralEccentric, RemovalJet, ToothProfile
+from cycloid_profile.geometry import CentralEccentric, RemovalDerivatives, ToothProfile
 from cycloid_profile.modification import (
     DeformationCompensation,
     Equidistant,
@@ -78,11 +78,11 @@ class Wave:
     def whole_disc(self) -> bool:
         return self.every != 1
 
-    def jet(self, phase, side, trochoid) -> RemovalJet:
+    def derivatives(self, phase, side, trochoid) -> RemovalDerivatives:
         del side, trochoid
         x, k = phase / self.every + 1.0, 1.0 / self.every
         h = self.amount * np.exp(np.cos(x) - 1.0)
-        return RemovalJet(h, -k * np.sin(x) * h, k * k * (np.sin(x) ** 2 - np.cos(x)) * h)
+        return RemovalDerivatives(h, -k * np.sin(x) * h, k * k * (np.sin(x) ** 2 - np.cos(x)) * h)
 
 
 @pytest.mark.parametrize("lobes", [1, 39], ids=["lobe", "disc"])
@@ -96,7 +96,7 @@ def test_gaps_of_a_measured_curve_over_its_points(rv40e, lobes):
     counts, errors = np.array([12, 24, 48, 96]), []
     for points in counts:
         phase = np.linspace(0.0, 2.0 * math.pi * lobes, points, endpoint=False)
-        removal = formula.jet(phase, np.ones_like(phase), rv40e.trochoid).value
+        removal = formula.derivatives(phase, np.ones_like(phase), rv40e.trochoid).value
         tooth = MeasuredDeviation(NormalDeviation(phase, removal, lobes)).apply(ground)
         errors.append(np.max(np.abs(gaps(tooth, 3.0, meshing).gap - reference)))
     assert order(counts, errors) == pytest.approx(-4.0, abs=0.4)
@@ -142,6 +142,6 @@ def test_removal_by_formula_is_its_own_derivative(rv40e):
     psi, side = np.linspace(0.0, 6.0, 50), np.ones(50)
     for every in (1, 39):
         wave, h = Wave(0.01, every), 1e-4
-        less, here, more = (wave.jet(psi + s, side, rv40e.trochoid) for s in (-h, 0.0, h))
+        less, here, more = (wave.derivatives(psi + s, side, rv40e.trochoid) for s in (-h, 0.0, h))
         np.testing.assert_allclose((more.value - less.value) / (2.0 * h), here.first, rtol=0.0, atol=1e-9)
         np.testing.assert_allclose((more.first - less.first) / (2.0 * h), here.second, rtol=0.0, atol=1e-9)

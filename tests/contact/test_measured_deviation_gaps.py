@@ -274,7 +274,7 @@ def test_a_curve_repeats_after_its_period_and_not_before(whole, psi):
     curve = NormalDeviation(uneven(10 * lobes, lobes, rng), rng.uniform(-UM, UM, 10 * lobes), lobes)
 
     def value(at):
-        return float(curve.jet(np.array([at]), np.ones(1), TROCHOID).value[0])
+        return float(curve.derivatives(np.array([at]), np.ones(1), TROCHOID).value[0])
 
     assert value(psi + curve.period) == pytest.approx(value(psi), abs=1e-12)
     assert value(psi) == pytest.approx(float(Curve(3.0, (curve,)).removal(psi)), abs=1e-12)

@@ -35,7 +35,6 @@ def contact(curvature=CURVATURES, disc=STEEL):
 @pytest.mark.parametrize("law", LAWS.values(), ids=lambda law: law.name)
 def test_everything_follows_from_the_approach(law, disc):
     own, at = LawFromApproach(law.approach), contact(disc=disc)
-    # The table ends at 0.5 % of the pin radius; a disc of plastic is there at a fraction of the load.
     for force in np.array([1e-3, 1.0, 600.0, 2e3]) * (STEEL.compliance / disc.compliance):
         delta = law.approach(force, at)
         np.testing.assert_allclose(own.approach(force, at), delta, rtol=1e-15)
@@ -44,6 +43,22 @@ def test_everything_follows_from_the_approach(law, disc):
         expected = law.response(delta, at)
         for found, wanted, rtol in zip(own.response(delta, at), expected, (1e-9, 1e-7, 1e-9), strict=True):
             np.testing.assert_allclose(found, wanted, rtol=rtol)
+
+
+@pytest.mark.parametrize("disc", [STEEL, Material(3_000.0, 0.36)], ids=["steel", "plastic"])
+@pytest.mark.parametrize("law", LAWS.values(), ids=lambda law: law.name)
+@pytest.mark.parametrize("share", [1e-4, 5e-3, 0.01, 0.02, 0.049])
+def test_table_reaches_five_percent_of_the_pin_radius(law, disc, share):
+    at = contact(disc=disc)
+    delta = np.full(at.curvature.shape, share * at.pin_radius)
+    found, wanted = (one.response(delta, at) for one in (LawFromApproach(law.approach), law))
+    # Johnson's law is the one whose range is the width of the band alone.
+    narrow = LAWS["johnson"].within_range(LAWS["johnson"].force(delta, at), at) & (wanted[0] > 0.0)
+    assert np.any(narrow) or share > 0.02
+    for each, exact, rtol in zip(found, wanted, (1e-9, 1e-7, 1e-9), strict=True):
+        np.testing.assert_allclose(each[narrow], exact[narrow], rtol=rtol)
+        # Convex teeth to the end of the table, whatever the width of the band.
+        np.testing.assert_allclose(each[at.curvature < 0.0], exact[at.curvature < 0.0], rtol=10.0 * rtol)
 
 
 def test_no_force_without_approach():

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cycloid_profile.contact.bodies import crank_turn_per_carrier_turn, support_model
+from cycloid_profile.contact.bodies import LinearBearing, crank_turn_per_carrier_turn, support_model
 from cycloid_profile.contact.mesh import mesh
 from cycloid_profile.geometry import CentralEccentric, Cranks, Drive, InvoluteStage, Trochoid
 
@@ -30,7 +30,7 @@ def test_rigid_motion_stretches_no_bearing_and_turns_every_disc(drive, crank):
     turn = model.motion(model.rigid_motion)[..., 2]
     assert turn.shape == (2, drive.discs)
     np.testing.assert_array_equal(turn, 1.0)
-    assert model.stiffness == drive.support.bearing_stiffness
+    assert model.bearing == LinearBearing(drive.support.bearing_stiffness)
 
 
 @given(drives(), st.floats(-3.0, 3.0))

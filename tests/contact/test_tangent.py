@@ -11,7 +11,7 @@ from cycloid_profile.contact import LoadCase
 from cycloid_profile.contact.disc import Equilibrium
 from cycloid_profile.contact.mesh import gaps
 from cycloid_profile.contact.stage import ContactChange, ContactPoints, StageEquilibrium, StageTangent
-from cycloid_profile.effects import ReducerChange, build, effect
+from cycloid_profile.effects import ReducerChange, apply_effects, effect_from_table
 from cycloid_profile.errors import LoadError
 from cycloid_profile.geometry import Cranks
 from cycloid_profile.modification import Equidistant, modify
@@ -49,7 +49,7 @@ def stage(drive, play):
 @pytest.mark.parametrize("table", SMALL, ids=lambda table: table["name"])
 def test_one_product_replaces_a_solve(rv40e, table, play):
     case, nominal, there = stage(rv40e, play)
-    drawn, changed = build(case, []), build(case, [effect(table)])
+    drawn, changed = apply_effects(case, []), apply_effects(case, [effect_from_table(table)])
     change = ReducerChange(drawn, changed)
     meshing = nominal.stage.meshing
     gap = change.gap(ContactPoints.on_grid(there.foot, meshing.lobe, there.normal))
@@ -88,7 +88,7 @@ def test_both_directions_of_the_linearisation_agree(rv40e):
     tangent = StageTangent(nominal)
     at = tangent.contacts
     for table in (SMALL[0], SMALL[3], SMALL[5]):
-        change = ReducerChange(build(case, []), build(case, [effect(table)]))
+        change = ReducerChange(apply_effects(case, []), apply_effects(case, [effect_from_table(table)]))
         opened, misfit = change.gap(at), change.misfit(tangent.crank_angle)
         gap, none = np.zeros(at.force.shape) if opened is None else opened, np.zeros(at.force.shape)
         grid = np.zeros(nominal.force.shape)

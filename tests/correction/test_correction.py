@@ -16,7 +16,7 @@ from cycloid_profile.correction import Correction, correction
 from cycloid_profile.correction._deviation import removal_along
 from cycloid_profile.correction._profile import correction_profile
 from cycloid_profile.diagnosis import diagnose
-from cycloid_profile.effects import EFFECTS, Effect, as_drawn, build, effect
+from cycloid_profile.effects import EFFECTS, Effect, apply_effects, as_drawn, effect_from_table
 from cycloid_profile.errors import GeometryError, MeasurementError
 from cycloid_profile.geometry import CentralEccentric, Drive, Trochoid, undercut_limit
 from cycloid_profile.modification import DeformationCompensation, modify
@@ -50,7 +50,7 @@ def test_a_recurring_error_grinds_the_drawing(hidden: dict[str, Any]) -> None:
 
 def closed_loop(hidden: list[Effect], seed: int) -> tuple[float, Correction]:
     """Scan, diagnose, correct, regrind and scan again; residual [µm, rms] and correction."""
-    reducer = build(drawn().case, hidden)
+    reducer = apply_effects(drawn().case, hidden)
     diagnosis = diagnose(drawn(), [scan_of(reducer, seed)])
     assert diagnosis.verdict == "effects_found"
     result = correction(diagnosis)
@@ -96,8 +96,8 @@ def test_a_drawing_with_corners_is_reproduced() -> None:
 
 
 def test_only_errors_of_this_flank_are_ground_away() -> None:
-    pin = effect({"name": "pin_radius_error", "amount_um": 2.0})
-    other = effect({"name": "disc_oval", "amplitude_um": 2.0, "disc": 2})
+    pin = effect_from_table({"name": "pin_radius_error", "amount_um": 2.0})
+    other = effect_from_table({"name": "disc_oval", "amplitude_um": 2.0, "disc": 2})
     doubtful = named(of_table(HIDDEN[0]), "pin_radius_error")
     result = correction(found(drawn(), [named(pin), named(other), doubtful]))
     assert result.is_unchanged
@@ -109,7 +109,7 @@ def test_only_errors_of_this_flank_are_ground_away() -> None:
 
 
 @pytest.mark.parametrize(
-    ("values", "options", "told"),
+    ("values", "options", "reported"),
     [
         ({"name": "equidistant_error", "amount_um": 12.0}, {}, "12.00 µm is more than the limit of 10 µm"),
         ({"name": "disc_oval", "amplitude_um": 3.0}, {"limit": 2.0 * UM}, "--limit-um"),
@@ -119,10 +119,10 @@ def test_only_errors_of_this_flank_are_ground_away() -> None:
         ({"name": "flank_wear", "amount_um": 3.0}, {}, "least concave radius of the corrected tooth"),
     ],
 )
-def test_limits_refuse_in_one_sentence(values: dict[str, Any], options: dict[str, float], told: str) -> None:
+def test_limits_refuse_in_one_sentence(values: dict[str, Any], options: dict[str, float], reported: str) -> None:
     with pytest.raises(GeometryError, match=r"^[^\n]+$") as refusal:
         correction(found(drawn(), [named(of_table(values))]), **options)
-    assert told in str(refusal.value)
+    assert reported in str(refusal.value)
     assert refusal.value.exit_code == 2
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import typing
 
@@ -16,6 +17,7 @@ from cycloid_profile.errors import CycloidError, SpecError
 from cycloid_profile.report.design import warnings
 from cycloid_profile.spec import parse_spec
 from cycloid_profile.spec.model.load import LoadSpec
+from cycloid_profile.units import UM
 from tests.spec_texts import CRANKS, DRIVE
 
 DESIGN = f"""{DRIVE}{CRANKS}{{cranks}}
@@ -239,6 +241,16 @@ def test_law_outside_its_range_fails_its_check():
     assert "steel" in law.limit
 
 
+def test_modification_figures():
+    record = designed(load='disc_body = "rigid"', modification="radial_moving_um = -1.0\nrotation_arcmin = 0.1")
+    found, spec = summary(record)["modification"], record.spec.modification
+    assert found["radial_clearance_um"] == spec.equidistant_um - 1.0
+    # Eq. 32 with a z_c = 50.7 mm and √(1 − K1²) = 0.582961, and twice the rotation.
+    by_hand = 2.0 * (spec.equidistant_um - 0.582961) / 50.7e3 * 10800.0 / math.pi + 0.2
+    assert found["backlash_arcmin"] == pytest.approx(by_hand, rel=1e-6)
+    assert found["backlash_arcmin"] == pytest.approx(summary(record)["conventional"]["backlash_arcmin"], rel=5e-3)
+
+
 @pytest.mark.slow
 def test_compensated_load_can_be_chosen():
     full, half = (
@@ -281,3 +293,20 @@ def test_figures_under_load_are_those_of_the_stage():
     assert 0.8 < figures["efficiency"] < 1.0
     assert figures["residual"] < 1e-9
     assert msgspec.json.encode(figures)
+
+
+def test_rollers_report_their_stiffness():
+    # Stiffer than the spring under load, and looser by their clearance at rest.
+    spring, rollers = (
+        designed(cranks=f"[drive.crank_bearing]\nroller_count = 14\n{more}\n[disc]\ncrank_hole_radius_mm = 13.0")
+        for more in ("", "radial_clearance_um = 5.0")
+    )
+    told, held = (summary(one)["under_load"] for one in (spring, rollers))
+    assert (told["crank_bearing_model"], held["crank_bearing_model"]) == ("spring", "rollers")
+    assert told["crank_bearing_stiffness_n_per_mm"] == 4e5
+    assert told["roller_passage_variation"] is None
+    assert held["crank_bearing_clearance_um"] == pytest.approx(5.0)
+    assert 4e5 < held["crank_bearing_stiffness_n_per_mm"] < 7e5
+    assert 0.0 < held["roller_passage_variation"] < 0.02
+    lost = [one.conventional_accuracy.lost_motion for one in (spring, rollers)]
+    assert lost[1] - lost[0] > 2.0 * 2.5 * UM / 36.0

@@ -21,7 +21,7 @@ from cycloid_profile.correction import Correction
 from cycloid_profile.diagnosis import NamedEffect
 from cycloid_profile.diagnosis.candidate import NOT_YET_PROPOSED, candidate_of
 from cycloid_profile.diagnosis.recording import record
-from cycloid_profile.effects import AsBuiltReducer, Effect, as_drawn, effect, table
+from cycloid_profile.effects import AsBuiltReducer, Effect, as_drawn, effect_from_table, effect_to_table
 from cycloid_profile.geometry import Cranks, Drive, InvoluteStage, Trochoid
 from cycloid_profile.measurement import Measurement
 from cycloid_profile.modification import Equidistant, modify
@@ -66,12 +66,12 @@ def drawn() -> AsBuiltReducer:
 
 def of_table(values: dict[str, Any]) -> Effect:
     """The effect on disc 1."""
-    return effect(values | {"disc": 1})
+    return effect_from_table(values | {"disc": 1})
 
 
 def named(one: Effect, *others: str) -> NamedEffect:
     """The effect as named by a diagnosis, with its exact size; ``others``: rest of its ambiguity group."""
-    values = table(one)
+    values = effect_to_table(one)
     kind = type(one)
     bare = candidate_of(kind, {"waves_per_turn": 100.0} if kind.name == "grinding_chatter" else {})
     own = (bare.size, bare.angle, "name")

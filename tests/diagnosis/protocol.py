@@ -161,11 +161,11 @@ def score(truth: Sequence[str], verdict: str, groups: Sequence[Sequence[str]], r
         return "exact" if not truth else "agrees"
     if verdict == "unknown_effect":
         return "exact" if outside else "unknown"
-    told = [list(dict.fromkeys(_alias(name) for name in group)) for group in groups]
+    reported = [list(dict.fromkeys(_alias(name) for name in group)) for group in groups]
     left = list(known)
     wrong = []
     wide = False
-    for group in told:
+    for group in reported:
         match = next((name for name in left if name in group), None)
         if match is None:
             wrong.append(group)
@@ -197,8 +197,8 @@ def _errors(truth: Sequence[dict[str, Any]], effects: Iterable[Any]) -> list[flo
         for one in truth:
             size = effect.candidate.size
             if one["name"] == effect.candidate.name and size in one:
-                told = next((p for p in (effect, *effect.other_locations) if _at(p.candidate.choice, one)), effect)
-                found.append((told.parameters[size] - one[size]) / told.uncertainty[size])
+                reported = next((p for p in (effect, *effect.other_locations) if _at(p.candidate.choice, one)), effect)
+                found.append((reported.parameters[size] - one[size]) / reported.uncertainty[size])
     return found
 
 
@@ -306,7 +306,7 @@ def calibration(answers: Sequence[Answer]) -> str:
     again = [a.again for a in answers if a.again]
     return "\n".join(
         [
-            f"the proposed measurement told it from its rivals in {again.count('exact')} of {len(again)}",
+            f"the proposed measurement separated it from its alternatives in {again.count('exact')} of {len(again)}",
             f"95 % intervals hold the true size in {inside} of {len(z)}",
             f"worst file's held-out rms within 1.1 of the noise in {good} of {len(held)}",
             f"at least 90 % of the gap closed in {closed} of {len(closures)}",
@@ -338,7 +338,7 @@ def main() -> None:
         if answer.outcome not in {"exact", "group"}:
             truth = ", ".join(str(t) for t in answer.truth)
             print(f"{answer.section} {answer.seed}: {answer.outcome}; truth {truth}")
-            print(f"    told {answer.named} {answer.groups} {answer.error}")
+            print(f"    reported {answer.named} {answer.groups} {answer.error}")
 
 
 if __name__ == "__main__":

@@ -202,7 +202,7 @@ def weighed(
 
 def table(answers: Sequence[Weighed]) -> str:
     """One row for each case: ln B by (53), and its difference from sampling over the prior and about the optimum."""
-    sides = [f" {side} | ln B | nested more | local more |" for side in ("true set", "rival")]
+    sides = [f" {side} | ln B | nested more | local more |" for side in ("true set", "competing set")]
     lines = ["| case | rows |" + "".join(sides), "|---" * 10 + "|"]
     for question in CASES:
         some = [a for a in answers if a.seed == question.seed]

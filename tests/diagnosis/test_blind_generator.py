@@ -14,7 +14,7 @@ import pytest
 
 from cycloid_profile.design import as_built_reducer
 from cycloid_profile.diagnosis.candidate import ONLY_TOLERANCES
-from cycloid_profile.effects import EFFECTS, build, effect
+from cycloid_profile.effects import EFFECTS, apply_effects, effect_from_table
 from cycloid_profile.measurement import HYSTERESIS, PROFILE_SCAN, read_measurement
 from cycloid_profile.rig import Settings, measurement_residual, simulate
 from cycloid_profile.spec import read_spec
@@ -93,7 +93,7 @@ def reducer(tmp_path_factory):
     spec = tmp_path_factory.mktemp("drawing") / "spec.toml"
     spec.write_text(spec_text(DRAWING), encoding="utf-8")
     drawn = as_built_reducer(read_spec(spec))
-    return lambda effects: build(drawn.case, [effect(one.table()) for one in effects])
+    return lambda effects: apply_effects(drawn.case, [effect_from_table(one.table()) for one in effects])
 
 
 @pytest.fixture
@@ -221,10 +221,10 @@ def test_noise_has_the_stated_parameters():
 
 
 def test_files_contain_required_keys_only(read):
-    told = read(scan(DRAWING, noise=Noise(0.3, declare=True), points=2000, missing_lobes=(4, 5), datum="free"))
-    assert told.number("noise_um") == 0.3
-    assert told.keys["datum"] == "free"
-    lobe = np.mod(np.round(-np.arctan2(told["y_mm"], told["x_mm"]) * 39 / (2.0 * np.pi)).astype(int), 39) + 1
+    reported = read(scan(DRAWING, noise=Noise(0.3, declare=True), points=2000, missing_lobes=(4, 5), datum="free"))
+    assert reported.number("noise_um") == 0.3
+    assert reported.keys["datum"] == "free"
+    lobe = np.mod(np.round(-np.arctan2(reported["y_mm"], reported["x_mm"]) * 39 / (2.0 * np.pi)).astype(int), 39) + 1
     assert set(range(1, 40)) - set(lobe.tolist()) == {4, 5}
     silent = read(loop(DRAWING, noise=Noise(0.004), rows=60))
     assert silent.number("noise_arcmin") is None
@@ -279,7 +279,7 @@ def test_invisible_effects_are_not_drawn():
         (one,) = draw_case(seed, sizes=(1.0, 1.5)).truth
         assert "scan" in KINDS[one.name].shows
         assert one.parameters.get("disc", 1) == 1
-        assert effect(one.table()).name == one.name
+        assert effect_from_table(one.table()).name == one.name
     assert draw_case(0, effects=0).truth == []
     assert draw_case(3, effects=0, outside=1).truth[0].name.startswith("x_")
     with pytest.raises(ValueError, match="show only"):

@@ -66,9 +66,9 @@ def test_number_of_waves_is_refitted_given_a_larger_effect():
     other = Hidden("generating_eccentricity_error", {"amount_um": 0.85})
     text = scan(Reducer(), [other, wave], noise=Noise(0.3), seed=3)
     found = diagnose(as_built_reducer(parse_spec(spec_text(Reducer()))), [parse_measurement(text, "scan.csv")])
-    told = {effect.candidate.name: effect for effect in found.effects}
-    assert set(told) == {"grinding_chatter", "generating_eccentricity_error"}
-    assert told["grinding_chatter"].parameters["waves_per_turn"] == pytest.approx(242.44, abs=0.03)
+    reported = {effect.candidate.name: effect for effect in found.effects}
+    assert set(reported) == {"grinding_chatter", "generating_eccentricity_error"}
+    assert reported["grinding_chatter"].parameters["waves_per_turn"] == pytest.approx(242.44, abs=0.03)
     assert found.remainder is None
 
 

@@ -53,8 +53,8 @@ def test_a_pair_with_no_leading_member_is_among_the_first(drawn):
     equations = normal_equations(model.baseline.blocks, library.candidates)
     singles = rank_initial_singles(model, library, equations, 1e5, lambda _: None)
     pairs = rank_initial_pairs(model, library, singles, lambda _: None, thorough=False)[:3]
-    told = [{member.name: member.choice for member in pair.members} for pair in pairs]
-    assert {"cumulative_pitch_error": {"disc": 1}, "crank_phase_error": {"crank": 2, "disc": 2}} in told
+    reported = [{member.name: member.choice for member in pair.members} for pair in pairs]
+    assert {"cumulative_pitch_error": {"disc": 1}, "crank_phase_error": {"crank": 2, "disc": 2}} in reported
 
 
 @pytest.mark.slow
@@ -66,9 +66,9 @@ def test_second_order_effects_are_paired_with_first_order_effects(drawn):
     assert {library.candidates[encoder].name for (_, encoder), _ in starts[:3]} == {"encoder_eccentricity"}
     # The exact model decides between them.
     (ring, encoder), u = next(start for start in starts if library.candidates[start[0][0]].name == "pin_ring_runout")
-    told = library.candidates[encoder].parameters(u[2:] * library.candidates[encoder].width)
-    assert told["amplitude_arcsec"] == pytest.approx(6.0, abs=0.3)
-    told = library.candidates[ring].parameters(u[:2] * library.candidates[ring].width)
+    reported = library.candidates[encoder].parameters(u[2:] * library.candidates[encoder].width)
+    assert reported["amplitude_arcsec"] == pytest.approx(6.0, abs=0.3)
+    reported = library.candidates[ring].parameters(u[:2] * library.candidates[ring].width)
     # A rotation by 180° changes hardly anything.
-    assert (told["phase_deg"] - 108.0 + 90.0) % 180.0 - 90.0 == pytest.approx(0.0, abs=10.0)
-    assert 2.0 < told["amplitude_um"] < 5.0
+    assert (reported["phase_deg"] - 108.0 + 90.0) % 180.0 - 90.0 == pytest.approx(0.0, abs=10.0)
+    assert 2.0 < reported["amplitude_um"] < 5.0

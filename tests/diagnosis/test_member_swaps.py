@@ -23,7 +23,7 @@ ROWS = 100
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("hidden", "told"),
+    ("hidden", "reported"),
     [
         (CrankBearingClearance(radial_um=0.6), "series_compliance"),
         (PinRadiusError(amount_um=-0.6), "crank_bearing_compliance"),
@@ -31,7 +31,7 @@ ROWS = 100
         (MissingDeformationCompensation(amount_um=-0.8), "pin_radius_error"),
     ],
 )
-def test_a_wrong_effect_is_replaced_by_the_right_one(hidden: Effect, told: str):
+def test_a_wrong_effect_is_replaced_by_the_right_one(hidden: Effect, reported: str):
     drawn = as_built_reducer(parse_spec(spec_text(Reducer())))
     machine = hidden.apply(drawn)
     files = [
@@ -41,7 +41,7 @@ def test_a_wrong_effect_is_replaced_by_the_right_one(hidden: Effect, told: str):
     ]
     model = ExactModel(drawn, [record(drawn, one) for one in files])
     library = Library(candidates(drawn, frozenset(), True), 2)
-    wrong = next(c for c in library.candidates if c.name == told)
+    wrong = next(c for c in library.candidates if c.name == reported)
     start = np.array([0.3, 0.0])
     best = model.optimum(Attempt((wrong,), start), library.prior([wrong]))
     local_search = LocalSearch(model, library, 8, lambda _: None)

@@ -22,7 +22,7 @@ from tests.diagnosis.blind.scan import scan
 from tests.diagnosis.blind.turn import transmission_error
 
 
-def told(amplitude_um: float, **parts: int):
+def reported(amplitude_um: float, **parts: int):
     oval = Hidden("disc_oval", {"amplitude_um": amplitude_um, "phase_deg": 60.0, **parts})
     text = transmission_error(Reducer(), [oval], torque_nm=412.0, rows=360, noise=Noise(0.15), seed=1)
     return diagnose(as_built_reducer(parse_spec(spec_text(Reducer()))), [parse_measurement(text, "te.csv")])
@@ -30,7 +30,7 @@ def told(amplitude_um: float, **parts: int):
 
 @pytest.mark.slow
 def test_half_an_oval_on_both_discs_equals_a_whole_one_on_one():
-    found = told(0.3)
+    found = reported(0.3)
     (oval,) = found.effects
     assert oval.candidate.name == "disc_oval"
     places = {one.candidate.choice["disc"]: one for one in (oval, *oval.other_locations)}
@@ -47,7 +47,7 @@ def test_half_an_oval_on_both_discs_equals_a_whole_one_on_one():
 
 @pytest.mark.slow
 def test_a_large_oval_of_one_disc_is_of_that_disc():
-    (oval,) = told(1.0, disc=1).effects
+    (oval,) = reported(1.0, disc=1).effects
     assert oval.parameters["disc"] == 1
     assert oval.other_locations == ()
 
@@ -64,5 +64,5 @@ def test_uncertainties_follow_from_the_residual_noise(wrong):
     runout = next(c for c in library.candidates if c.name == "disc_runout")
     optimum = model.optimum(Attempt((runout,), np.array([0.1, 0.3])), 0.0)
     assert optimum is not None
-    variance = model.with_noise_left(optimum).covariance[0, 0]
+    variance = model.with_residual_noise(optimum).covariance[0, 0]
     assert variance == pytest.approx(optimum.covariance[0, 0] / wrong**2, rel=0.05)

@@ -40,7 +40,7 @@ def test_a_remainder_is_fitted_to_a_fraction_of_the_noise(form: Callable[[np.nda
 
 def value_of(curve: NormalDeviation, along: np.ndarray) -> np.ndarray:
     """The curve at phases along the disc [mm]."""
-    return curve.jet(along, np.ones_like(along), drawn().teeth[0].trochoid).value
+    return curve.derivatives(along, np.ones_like(along), drawn().teeth[0].trochoid).value
 
 
 @pytest.mark.slow

@@ -9,13 +9,13 @@ from types import SimpleNamespace
 import pytest
 
 from cycloid_profile.diagnosis import Diagnosis, diagnose
-from cycloid_profile.effects import effect
+from cycloid_profile.effects import effect_from_table
 from tests.diagnosis.correcting import drawn, scan_of
 
 
 @pytest.fixture(scope="module")
 def found() -> Diagnosis:
-    error = effect({"name": "disc_oval", "amplitude_um": 2.0, "phase_deg": 30.0, "disc": 1})
+    error = effect_from_table({"name": "disc_oval", "amplitude_um": 2.0, "phase_deg": 30.0, "disc": 1})
     return diagnose(drawn(), [scan_of(error.apply(drawn()), 5)])
 
 

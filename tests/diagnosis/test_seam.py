@@ -58,8 +58,8 @@ def test_lobe_index_starts_at_the_seam(lobes_on):
     assert effect.candidate.name == "grinding_chatter"
     assert effect.parameters["waves_per_turn"] == pytest.approx(612.45, abs=0.06)
     assert effect.parameters["amplitude_um"] == pytest.approx(0.6, abs=0.04)
-    told = [note for note in found.notes if "where the waves begin" in note]
-    assert [f"is lobe {lobes_on + 1} of the file" in note for note in told] == ([True] if lobes_on else [])
+    reported = [note for note in found.notes if "where the waves begin" in note]
+    assert [f"is lobe {lobes_on + 1} of the file" in note for note in reported] == ([True] if lobes_on else [])
 
 
 @pytest.mark.slow

@@ -68,14 +68,14 @@ def test_a_set_is_tried_on_each_disc_and_crank(drawn, library):
         ("equidistant_error", {"disc": None}, [0.1, 0.0]),
     )
     starts = on_other_parts(search_from(model, library, one))
-    told = [
+    reported = [
         tuple((c.choice.get("disc"), c.choice.get("crank")) for c in library.members(places)) for places, _ in starts
     ]
     hole, oval, both = (1, 2), (1, None), (None, None)
-    assert sorted(told, key=str) == sorted(
+    assert sorted(reported, key=str) == sorted(
         [((1, crank), oval, both) for crank in (1, 3)] + [((2, crank), (2, None), both) for crank in (1, 2, 3)], key=str
     )
-    assert (hole, oval, both) not in told
+    assert (hole, oval, both) not in reported
     # Rotation by 180° reverses a direction and leaves an oval unchanged.
     moved = next(u for places, u in starts if library.members(places)[0].choice["disc"] == 2)
     np.testing.assert_allclose(moved[:2], -one.u[:2])

@@ -165,12 +165,12 @@ def test_chatter_is_named_with_another_effect(drawn):
         "lost_motion": lost_motion(Reducer(), hidden, rows=300, noise=Noise(0.004), seed=3),
     }
     found = diagnose(drawn, [parse_measurement(text, f"{name}.csv") for name, text in texts.items()])
-    told = {effect.candidate.name: effect for effect in found.effects}
-    wave = told.pop("grinding_chatter")
+    reported = {effect.candidate.name: effect for effect in found.effects}
+    wave = reported.pop("grinding_chatter")
     assert wave.parameters["amplitude_um"] == pytest.approx(0.12, abs=3.0 * wave.uncertainty["amplitude_um"])
     waves = [place.candidate.choice["waves_per_turn"] for place in (wave, *wave.other_locations)]
     assert min(abs(n - 462.63) for n in waves) < 0.1
-    assert "crank_hole_error" in {name for effect in told.values() for name in effect.group}
+    assert "crank_hole_error" in {name for effect in reported.values() for name in effect.group}
     assert found.remainder is None
 
 

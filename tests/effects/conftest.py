@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from cycloid_profile.contact import LoadCase
-from cycloid_profile.effects import AsBuiltReducer, build, effect
+from cycloid_profile.effects import AsBuiltReducer, apply_effects, effect_from_table
 from cycloid_profile.geometry import Drive
 from cycloid_profile.modification import Equidistant, modify
 
@@ -24,6 +24,6 @@ def built_with(case: LoadCase) -> Callable[..., AsBuiltReducer]:
     """Builds the reducer with effects given as tables of a spec file."""
 
     def reducer(*tables: dict[str, Any]) -> AsBuiltReducer:
-        return build(case, [effect(table) for table in tables])
+        return apply_effects(case, [effect_from_table(table) for table in tables])
 
     return reducer

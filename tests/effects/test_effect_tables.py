@@ -6,13 +6,23 @@ import itertools
 import math
 from typing import Any
 
+import numpy as np
 import pytest
 import tomli_w
 from hypothesis import given
 from hypothesis import strategies as st
 
 from cycloid_profile.contact import LoadCase
-from cycloid_profile.effects import EFFECTS, Effect, EffectLocation, as_drawn, build, effect, parameters, table
+from cycloid_profile.effects import (
+    EFFECTS,
+    Effect,
+    EffectLocation,
+    apply_effects,
+    as_drawn,
+    effect_from_table,
+    effect_to_table,
+    parameters,
+)
 from cycloid_profile.errors import SpecError
 from cycloid_profile.geometry import CentralEccentric, Drive, Trochoid
 from cycloid_profile.modification import Equidistant, modify
@@ -32,6 +42,7 @@ UNITS = {
 }
 # A ratio and a count have no unit.
 PLAIN = {"coefficient", "waves_per_turn"}
+SHAPES = {"exponent", "relaxation_share", "spread"}
 PARTS = {"disc", "crank", "planet", "pin", "lobe", "first_lobe", "flank", "form", "waves"}
 # How many there are of each part in an RV-40E; flank and form are choices of two, waves at most twenty.
 COUNT = {
@@ -57,7 +68,7 @@ def values_of(kind: type[Effect], required_only: bool = False) -> dict[str, Any]
     chosen: dict[str, Any] = {}
     for p in parameters(kind):
         if p.required or not required_only:
-            chosen[p.name] = 1 if p.whole else p.tolerance or 30.0
+            chosen[p.name] = 1 if p.whole else p.tolerance or (0.5 if p.name in SHAPES else 30.0)
     return chosen
 
 
@@ -74,20 +85,20 @@ def tables_of(name: str) -> st.SearchStrategy[dict[str, Any]]:
 @given(st.data())
 def test_a_table_comes_back_as_the_same_effect(name, data):
     wanted = data.draw(tables_of(name))
-    made = effect(wanted)
-    assert made == effect(table(made))
+    made = effect_from_table(wanted)
+    assert made == effect_from_table(effect_to_table(made))
     # Everything the user gave is in it, through the text of a spec file too.
-    assert wanted.items() <= table(made).items()
-    spec = parse_spec(tomli_w.dumps({"effects": [table(made)]}) + DRIVE)
-    assert effect(spec.effects[0]) == made
-    assert hash(made) == hash(effect(wanted))
+    assert wanted.items() <= effect_to_table(made).items()
+    spec = parse_spec(tomli_w.dumps({"effects": [effect_to_table(made)]}) + DRIVE)
+    assert effect_from_table(spec.effects[0]) == made
+    assert hash(made) == hash(effect_from_table(wanted))
 
 
 @every
 def test_notes_of_a_diagnosis_are_no_parameters(name):
     given = {"name": name, **values_of(EFFECTS[name], required_only=True)}
     noted = {**given, "uncertainty": {"amount_um": 0.1}, "origin": "scan.csv"}
-    assert effect(noted) == effect(given)
+    assert effect_from_table(noted) == effect_from_table(given)
 
 
 @every
@@ -123,7 +134,7 @@ def test_half_a_part_is_refused(name):
 def test_whole_numbers_beyond_every_float_are_refused():
     # TOML can write them.
     with pytest.raises(SpecError, match=r"disc_oval\.amplitude_um"):
-        effect({"name": "disc_oval", "amplitude_um": 10**400})
+        effect_from_table({"name": "disc_oval", "amplitude_um": 10**400})
 
 
 def test_none_is_all_parts_where_that_is_the_default_and_refused_elsewhere(case):
@@ -135,8 +146,8 @@ def test_none_is_all_parts_where_that_is_the_default_and_refused_elsewhere(case)
                 made = kind(**{**values_of(kind), p.name: None})
             except SpecError:
                 continue
-            if effect(table(made)) == made:
-                build(case, [made])
+            if effect_from_table(effect_to_table(made)) == made:
+                apply_effects(case, [made])
             else:
                 lost.append(f"{name}.{p.name}")
     assert not lost
@@ -147,7 +158,7 @@ def test_a_part_beyond_the_count_is_refused(name, case):
     kind = EFFECTS[name]
     for p in (p for p in parameters(kind) if p.whole):
         with pytest.raises(SpecError) as refused:
-            build(case, [kind(**{**values_of(kind), p.name: COUNT[p.name] + 1})])
+            apply_effects(case, [kind(**{**values_of(kind), p.name: COUNT[p.name] + 1})])
         assert refused.value.what == f"{name}.{p.name}"
         assert str(COUNT[p.name]) in f"{refused.value.limit} {refused.value.remedy}"
 
@@ -158,7 +169,7 @@ def test_a_missing_size_is_asked_for(name):
         given = {"name": name, **values_of(EFFECTS[name])}
         del given[p.name]
         with pytest.raises(SpecError, match="is required") as refused:
-            effect(given)
+            effect_from_table(given)
         assert refused.value.what == f"{name}.{p.name}"
         assert p.text in refused.value.remedy
 
@@ -169,7 +180,7 @@ def test_a_misspelled_parameter_brings_the_nearest(name):
         misspelled = p.name[:1] + p.name[2:]
         given = {"name": name, **values_of(EFFECTS[name]), misspelled: 1.0}
         with pytest.raises(SpecError, match="is not a parameter of this effect") as refused:
-            effect(given)
+            effect_from_table(given)
         assert refused.value.what == f"{name}.{misspelled}"
         assert refused.value.remedy == f"did you mean {p.name}?"
 
@@ -177,14 +188,14 @@ def test_a_misspelled_parameter_brings_the_nearest(name):
 @every
 def test_a_misspelled_name_brings_the_nearest(name):
     with pytest.raises(SpecError, match="is not known") as refused:
-        effect({"name": name[:2] + name[3:]})
+        effect_from_table({"name": name[:2] + name[3:]})
     assert refused.value.remedy == f"did you mean {name}?"
 
 
 @pytest.mark.parametrize("name", ["", "xyzzy", 7, None])
 def test_a_name_like_no_other_is_refused(name):
     with pytest.raises(SpecError, match="is not known"):
-        effect({"name": name, "amount_um": 1.0})
+        effect_from_table({"name": name, "amount_um": 1.0})
 
 
 def test_names_are_those_of_the_spec_file():
@@ -197,7 +208,7 @@ def test_every_effect_has_its_description_and_cure(name):
     kind = EFFECTS[name]
     assert kind.__doc__ is not None
     assert len(kind.__doc__) > 30
-    assert kind.cure
+    assert kind.remedy
     assert isinstance(kind.location, EffectLocation)
     # Frozen and comparable, so that it can be a key.
     made = kind(**values_of(kind))
@@ -212,6 +223,10 @@ def test_every_parameter_has_its_unit_and_every_size_its_tolerance(name):
         if p.whole:
             assert p.name in PARTS
             assert p.tolerance is None
+            continue
+        if p.name in SHAPES:
+            assert not p.required
+            assert not p.text.endswith("]")
             continue
         unit = max((suffix for suffix in UNITS if p.name.endswith(suffix)), key=len, default=None)
         if unit is None:
@@ -233,13 +248,14 @@ def test_every_parameter_has_its_unit_and_every_size_its_tolerance(name):
 def test_no_size_is_no_effect(name, case):
     kind = EFFECTS[name]
     sized = [p.name for p in parameters(kind) if p.required and p.low <= 0.0]
-    none = build(case, [kind(**{**values_of(kind), **dict.fromkeys(sized, 0.0)})])
+    none = apply_effects(case, [kind(**{**values_of(kind), **dict.fromkeys(sized, 0.0)})])
     if name == "series_compliance":
         # Its size is a stiffness: the larger the less.
         assert kind(stiffness_nm_per_arcmin=1e6).apply(as_drawn(case)).series_compliance < 1e-3 / case.torque
         return
     drawn = as_drawn(case)
     assert none.series_compliance == drawn.series_compliance
+    assert not np.any(none.series_twist(np.array([-1.0, 1.0]) * case.torque))
     assert (none.coulomb_torque, none.proportional_friction, none.encoder) == (0.0, 0.0, 0j)
     assert (none.sun_shift, none.input_error) == (0j, 0j)
     for part in ("pin_shift", "pin_oversize", "eccentric_shift", "bore_shift", "crank_lead"):
@@ -257,9 +273,9 @@ def test_effects_build_on_a_drive_of_another_kind_or_say_why_not(name):
     made = EFFECTS[name](**values_of(EFFECTS[name]))
     if name in NEEDS_CRANKS:
         with pytest.raises(SpecError, match="which this drive has not") as refused:
-            build(case, [made])
+            apply_effects(case, [made])
         assert refused.value.what == name
     else:
-        reducer = build(case, [made])
+        reducer = apply_effects(case, [made])
         reducer.deviations.check(drive)
         assert len(reducer.teeth) == 1

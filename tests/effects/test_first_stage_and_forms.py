@@ -18,11 +18,11 @@ from hypothesis import strategies as st
 from cycloid_profile.contact.bodies import PartDeviations, crank_turn_per_carrier_turn, support_misfit
 from cycloid_profile.contact.mesh import input_locked_factor, output_turn
 from cycloid_profile.contact.stage import StageEquilibrium
-from cycloid_profile.effects import as_drawn, build, effect
+from cycloid_profile.effects import apply_effects, as_drawn, effect_from_table
 from cycloid_profile.errors import LoadError
 from cycloid_profile.geometry import InvoluteStage
 from cycloid_profile.measurement import TRANSMISSION_ERROR, Measurement
-from cycloid_profile.rig import FirstOrder, encoder_readings, predict_curve, spectrum
+from cycloid_profile.rig import LinearisedCurve, encoder_readings, predict_curve, spectrum
 from cycloid_profile.units import ARCMIN, ARCSEC, UM
 
 PINS, LOBES, CRANKS, RATIO = 40, 39, 3, 121
@@ -173,7 +173,9 @@ def test_an_error_of_the_input_comes_through_the_ratio(built_with, drawn, size, 
 
 def test_an_eccentric_that_is_the_input_turns_the_output_back(case):
     drive = replace(case.drive, first_stage=None)
-    reducer = build(replace(case, drive=drive), [effect({"name": "input_runout", "amplitude_arcsec": 60.0})])
+    reducer = apply_effects(
+        replace(case, drive=drive), [effect_from_table({"name": "input_runout", "amplitude_arcsec": 60.0})]
+    )
     # The crank is at −z_c Θ: a quarter of its turn on, the input is ahead by nothing.
     assert reducer.angle_error(0.0) == pytest.approx(-60.0 * ARCSEC / LOBES, rel=1e-12)
     assert reducer.angle_error(0.5 * math.pi / LOBES) == pytest.approx(0.0, abs=1e-15)
@@ -279,9 +281,9 @@ def turn_file(rows: int) -> Measurement:
 
 
 def test_every_row_has_its_own_sun(uneven):
-    sun = effect({"name": "sun_runout", "amplitude_um": 20.0, "phase_deg": 30.0})
-    disc = effect({"name": "equidistant_error", "amount_um": 3.0, "disc": 1})
-    drawn, reducer = build(uneven, [disc]), build(uneven, [disc, sun])
+    sun = effect_from_table({"name": "sun_runout", "amplitude_um": 20.0, "phase_deg": 30.0})
+    disc = effect_from_table({"name": "equidistant_error", "amount_um": 3.0, "disc": 1})
+    drawn, reducer = apply_effects(uneven, [disc]), apply_effects(uneven, [disc, sun])
     crank = output_turn(reducer.case.drive.trochoid, FEW)
     alone = StageEquilibrium(deviations=reducer.deviations).at(reducer.case, crank, LIGHT * uneven.torque).rotation
     turned = reading(reducer, LIGHT, FEW)
@@ -292,9 +294,11 @@ def test_every_row_has_its_own_sun(uneven):
     file = turn_file(FEW)
     before = predict_curve(drawn, file)
     assert before.terms[0].sharing.torque.size == FEW // PINS
-    small = build(uneven, [disc, replace(sun, amplitude_um=0.02)])
+    small = apply_effects(uneven, [disc, replace(sun, amplitude_um=0.02)])
     exact = predict_curve(small, file).value - before.value
-    np.testing.assert_allclose(FirstOrder(before).change(small), exact, rtol=0.0, atol=0.02 * np.max(np.abs(exact)))
+    np.testing.assert_allclose(
+        LinearisedCurve(before).change(small), exact, rtol=0.0, atol=0.02 * np.max(np.abs(exact))
+    )
 
 
 @pytest.mark.parametrize(
@@ -323,11 +327,13 @@ def test_first_order_is_the_quotient_of_two_solves(built_with, table):
     # Rows are linearised without the change of curvature, which for a wave of two periods a tooth is 3 %; the study of
     # tolerances has it (tests/tolerance/test_sensitivity.py).
     within = 0.05 if table["name"] == "tooth_form_error" else 0.02
-    np.testing.assert_allclose(FirstOrder(nominal).change(after), exact, rtol=0.0, atol=within * np.max(np.abs(exact)))
+    np.testing.assert_allclose(
+        LinearisedCurve(nominal).change(after), exact, rtol=0.0, atol=within * np.max(np.abs(exact))
+    )
     # Half the size, half the change.
     half = built_with(unlike, halved(table))
     np.testing.assert_allclose(
-        FirstOrder(nominal).change(half), 0.5 * FirstOrder(nominal).change(after), rtol=1e-3, atol=1e-6
+        LinearisedCurve(nominal).change(half), 0.5 * LinearisedCurve(nominal).change(after), rtol=1e-3, atol=1e-6
     )
 
 

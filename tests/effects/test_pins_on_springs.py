@@ -12,7 +12,7 @@ from cycloid_profile.contact import LoadCase
 from cycloid_profile.contact.disc import Equilibrium
 from cycloid_profile.contact.laws import LAWS, STEEL, LineContact, OnSpring
 from cycloid_profile.contact.stage import StageEquilibrium
-from cycloid_profile.effects import build, effect
+from cycloid_profile.effects import apply_effects, effect_from_table
 
 laws = st.sampled_from(sorted(LAWS))
 forces = st.floats(0.5, 5000.0)
@@ -81,7 +81,9 @@ def test_band_and_pressure_are_those_of_the_contact():
 def test_soft_seats_share_the_load_among_more_pins(case: LoadCase, solver):
     stiff = solver.solve(case)
     none, soft = (
-        solver.solve(build(case, [effect({"name": "pin_support_compliance", "added_um_per_kn": c})]).case)
+        solver.solve(
+            apply_effects(case, [effect_from_table({"name": "pin_support_compliance", "added_um_per_kn": c})]).case
+        )
         for c in (0.0, 20.0)
     )
     assert soft.converged
@@ -96,7 +98,7 @@ def test_soft_seats_share_the_load_among_more_pins(case: LoadCase, solver):
 
 
 def test_bearing_compliance_grows_by_the_amount(case: LoadCase):
-    soft = build(case, [effect({"name": "crank_bearing_compliance", "added_um_per_kn": 1.0})])
+    soft = apply_effects(case, [effect_from_table({"name": "crank_bearing_compliance", "added_um_per_kn": 1.0})])
     # 2.5 µm/kN as drawn, 3.5 with it.
     assert soft.case.drive.support.bearing_stiffness == pytest.approx(1e6 / 3.5, rel=1e-12)
     stiff = StageEquilibrium(poses=6).solve(case)

@@ -32,7 +32,7 @@ removals = st.one_of(
 
 def jet(removal, phase):
     psi = np.atleast_1d(np.asarray(phase, dtype=np.float64))
-    return removal.jet(psi, np.ones_like(psi), TROCHOID)
+    return removal.derivatives(psi, np.ones_like(psi), TROCHOID)
 
 
 def slope(values):

@@ -47,6 +47,17 @@ class ExactCurve:
         """Points at phases, shape (…, 2) [mm]."""
         return textbook_curve(psi, self.equidistant, self.delta_max)
 
+    def corner_turns(self) -> np.ndarray:
+        """Sudden turn of the tangent where the deformation has its kink: at the root ψ = 0 and the tip ψ = π [rad]."""
+        at = np.array([0.0, math.pi])
+        before, corner, after = (self.at(at + step) for step in (-1e-5, 0.0, 1e-5))
+        directions = [np.arctan2(step[:, 1], step[:, 0]) for step in (corner - before, after - corner)]
+        # Without deformation the curve turns as well within these steps.
+        smooth = [textbook_curve(at + step, self.equidistant) for step in (-1e-5, 0.0, 1e-5)]
+        plain = [np.arctan2(step[:, 1], step[:, 0]) for step in (smooth[1] - smooth[0], smooth[2] - smooth[1])]
+        turns: np.ndarray = (directions[1] - directions[0]) - (plain[1] - plain[0])
+        return turns
+
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Distance of each point [mm]: nearest vertex first, then chords 80 times finer about it (3e-9 mm)."""
         _, nearest = self._tree.query(points)

@@ -101,9 +101,11 @@ def test_arcs_from_their_bulges(written: Path, exact: ExactCurve) -> None:
     arcs = polyline_arcs(vertices, bulge, 9)
     assert np.max(exact.distance(arcs.reshape(-1, 2))) <= PROMISE + CHORDS
     turns = np.sort(turns_between(arcs, bulge))
-    # All joints but those at the 78 corners of the compensation, 1.6 mrad each, are tangent.
+    # All joints but those at the 78 corners of the compensation are tangent.
     assert turns[-79] < 1e-7
-    assert turns[-78] == pytest.approx(1.6e-3, rel=0.2)
+    tip, root = np.sort(np.abs(exact.corner_turns()))
+    assert turns[-78:-39] == pytest.approx(tip, rel=0.05)
+    assert turns[-39:] == pytest.approx(root, rel=0.05)
 
 
 def test_a_tenth_of_a_micrometre_takes_1560_arcs(rv40e_record: DesignRecord, exact: ExactCurve, tmp_path: Path) -> None:

@@ -69,7 +69,11 @@ def test_dmis_program_measures_every_nominal_point(rv40e_record: DesignRecord, t
     expected = nominal(rv40e_record, tmp_path)
     assert np.max(np.abs(points - expected)) <= 1e-9
     assert len(outputs) == 1560
-    assert set(outputs.values()) == {(-0.002, 0.002)}
+    # A quarter of the least backlash, as an arc of the flank at ψ0, rounded down to 0.1 µm.
+    assert rv40e_record.compensated_accuracy is not None
+    share = 0.25 * rv40e_record.compensated_accuracy.backlash.least * 1.3 * 39.0
+    limit = math.floor(1e4 * share) / 1e4
+    assert set(outputs.values()) == {(-limit, limit)}
 
 
 def test_dmis_probe_goes_over_the_disc_between_holes(rv40e_record: DesignRecord, tmp_path: Path) -> None:

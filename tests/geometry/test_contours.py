@@ -20,8 +20,8 @@ from cycloid_profile.geometry import (
     Line,
     circular_contour,
     keyed_bore,
-    least_web,
     ring_of_windows,
+    thinnest_web,
 )
 from cycloid_profile.spec import parse_spec
 
@@ -164,7 +164,7 @@ def test_openings_of_a_spec_in_their_order() -> None:
     centre = polygon(outline.contours[4]).centroid
     assert math.degrees(math.atan2(centre.y, centre.x)) == pytest.approx(60.0, abs=1e-6)
     wall, place = thinnest_wall(outline)
-    inner = least_web(DiscOutline(outline.profile, tuple(c for c in outline.contours if c.name != "bore")))
+    inner = thinnest_web(DiscOutline(outline.profile, tuple(c for c in outline.contours if c.name != "bore")))
     assert wall <= inner[0]
     assert place
 
@@ -172,7 +172,7 @@ def test_openings_of_a_spec_in_their_order() -> None:
 @pytest.mark.parametrize(("inner", "wall"), [(26.0, 10.0), (14.0, -2.0)])
 def test_walls_next_to_windows_are_measured(theoretical, inner: float, wall: float) -> None:
     windows = ring_of_windows("window", 2, (inner, 45.0), 1.0, 3.0, 0.5)
-    found, place = least_web(DiscOutline(theoretical, (circular_contour("bore", 0j, 16.0), *windows)))
+    found, place = thinnest_web(DiscOutline(theoretical, (circular_contour("bore", 0j, 16.0), *windows)))
     assert found == pytest.approx(wall, abs=2e-3)
     assert place == "bore and window 1"
 

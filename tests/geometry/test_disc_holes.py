@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cycloid_profile.geometry import DiscOutline, circular_contour, least_web, ring_of_holes
+from cycloid_profile.geometry import DiscOutline, circular_contour, ring_of_holes, thinnest_web
 
 
 def test_radii_of_the_outline_are_root_and_tip(theoretical):
@@ -18,7 +18,7 @@ def test_radii_of_the_outline_are_root_and_tip(theoretical):
 
 
 def test_disc_without_holes_has_no_wall(theoretical):
-    assert least_web(DiscOutline(theoretical, ())) == (math.inf, "no holes")
+    assert thinnest_web(DiscOutline(theoretical, ())) == (math.inf, "no holes")
 
 
 @given(st.integers(1, 12), st.floats(10.0, 50.0), st.floats(0.5, 8.0))
@@ -33,14 +33,14 @@ def test_ring_of_holes_is_even_and_starts_on_the_x_axis(theoretical, count, circ
 def test_wall_to_the_teeth_is_measured_at_the_nearest_root(theoretical):
     # Phase 0 of the tooth curve, a root, lies on the x axis.
     hole = circular_contour("bore", 50.0 + 0j, 5.0)
-    wall, place = least_web(DiscOutline(theoretical, (hole,)))
+    wall, place = thinnest_web(DiscOutline(theoretical, (hole,)))
     assert wall == pytest.approx(59.7 - 50.0 - 5.0, abs=3e-3)
     assert place == "bore and teeth"
 
 
 def test_wall_between_holes_names_both(theoretical):
     holes = ring_of_holes("crank", 6, 30.0, 14.0)
-    wall, place = least_web(DiscOutline(theoretical, holes))
+    wall, place = thinnest_web(DiscOutline(theoretical, holes))
     assert wall == pytest.approx(30.0 - 28.0, abs=1e-9)
     assert place in {f"crank {i + 1} and crank {(i + 1) % 6 + 1}" for i in range(6)} | {"crank 1 and crank 6"}
 
@@ -55,4 +55,4 @@ def test_wall_between_holes_names_both(theoretical):
     ids=["into each other", "through the teeth", "outside the disc"],
 )
 def test_cuts_are_negative(theoretical, holes, wall):
-    assert least_web(DiscOutline(theoretical, holes))[0] == pytest.approx(wall, abs=3e-3)
+    assert thinnest_web(DiscOutline(theoretical, holes))[0] == pytest.approx(wall, abs=3e-3)

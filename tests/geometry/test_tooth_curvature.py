@@ -18,7 +18,7 @@ def test_undercut_limit_is_the_least_convex_radius_of_the_trochoid(pins, K1):
     trochoid = Trochoid(pins, 1.0, K1 / pins)
     # Dense towards the root, where sharp trochoids have the largest curvature.
     psi = math.pi * np.linspace(0.0, 1.0, 20001) ** 2
-    curvature = -trochoid.jet(psi).turn * trochoid.lobes / trochoid.speed_ratio(psi)
+    curvature = -trochoid.derivatives(psi).turn * trochoid.lobes / trochoid.speed_ratio(psi)
     assert undercut_limit(trochoid) == pytest.approx(1.0 / np.max(curvature), rel=1e-5)
 
 
@@ -28,7 +28,7 @@ def test_tooth_runs_backwards_only_beyond_the_undercut_limit(share):
     psi = np.linspace(0.0, math.pi, 20001)
     # Speed of the parallel curve along the trochoid's direction: its zero is the cusp.
     speed = trochoid.pin_circle_radius / trochoid.lobes * trochoid.speed_ratio(psi)
-    speed = speed + share * undercut_limit(trochoid) * trochoid.jet(psi).turn
+    speed = speed + share * undercut_limit(trochoid) * trochoid.derivatives(psi).turn
     assert (np.min(speed) > 0.0) == (share < 1.0)
 
 

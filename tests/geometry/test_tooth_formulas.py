@@ -58,7 +58,7 @@ def test_coordinates_and_normal_are_the_textbook_ones(theoretical):
     # Phases up to 245 rad carry a rounding of 3e-14 rad, times the 13 mm/rad of the root.
     np.testing.assert_allclose(points.position, position, atol=2e-12, rtol=0.0)
     np.testing.assert_allclose(points.normal, normal, atol=1e-12, rtol=0.0)
-    np.testing.assert_allclose(theoretical.trochoid.jet(PHASES).normal, normal, atol=1e-12, rtol=0.0)
+    np.testing.assert_allclose(theoretical.trochoid.derivatives(PHASES).normal, normal, atol=1e-12, rtol=0.0)
     np.testing.assert_array_equal(points.xy[:, 0], points.position.real)
     np.testing.assert_array_equal(points.xy[:, 1], points.position.imag)
 
@@ -69,13 +69,13 @@ def test_tooth_is_the_parallel_curve_of_the_trochoid(tooth, psi):
     point = tooth.at(psi).position
     # In units of the pin circle: 1e-12 mm on the 64 mm of an RV-40E.
     rounding = 1.6e-14 * trochoid.pin_circle_radius
-    assert abs(point - trochoid.jet(psi).centre) == pytest.approx(r, abs=rounding)
+    assert abs(point - trochoid.derivatives(psi).centre) == pytest.approx(r, abs=rounding)
     around = np.linspace(psi - 1.0, psi + 1.0, 2001)
-    assert np.min(np.abs(point - trochoid.jet(around).centre)) >= r - rounding
+    assert np.min(np.abs(point - trochoid.derivatives(around).centre)) >= r - rounding
 
 
 def test_rv40e_lies_one_pin_radius_inside_the_pin_centres_path_to_a_femtometre(theoretical):
-    distance = np.abs(theoretical.at(PHASES).position - theoretical.trochoid.jet(PHASES).centre)
+    distance = np.abs(theoretical.at(PHASES).position - theoretical.trochoid.derivatives(PHASES).centre)
     np.testing.assert_allclose(distance, 3.0, atol=1e-12, rtol=0.0)
 
 
@@ -112,13 +112,13 @@ def test_root_is_concave_and_tip_is_convex(theoretical):
 @given(teeth(), st.floats(-3.1, 3.1))
 def test_turning_of_the_normal_is_its_derivative(tooth, psi):
     trochoid, h = tooth.trochoid, 1e-5
-    turn = np.angle(trochoid.jet(psi + h).normal / trochoid.jet(psi - h).normal) / (2.0 * h)
+    turn = np.angle(trochoid.derivatives(psi + h).normal / trochoid.derivatives(psi - h).normal) / (2.0 * h)
     # Central difference: the error is h²/6 times a third derivative that grows as (1 − K1)^−3.
     tolerance = 1e-9 + h**2 / (1.0 - trochoid.short_width_ratio) ** 3
-    assert turn == pytest.approx(float(trochoid.jet(psi).turn), abs=tolerance)
-    turn_rate = (trochoid.jet(psi + h).turn - trochoid.jet(psi - h).turn) / (2.0 * h)
+    assert turn == pytest.approx(float(trochoid.derivatives(psi).turn), abs=tolerance)
+    turn_rate = (trochoid.derivatives(psi + h).turn - trochoid.derivatives(psi - h).turn) / (2.0 * h)
     tolerance = 1e-8 + 10.0 * h**2 / (1.0 - trochoid.short_width_ratio) ** 4
-    assert turn_rate == pytest.approx(float(trochoid.jet(psi).turn_rate), abs=tolerance, rel=1e-6)
+    assert turn_rate == pytest.approx(float(trochoid.derivatives(psi).turn_rate), abs=tolerance, rel=1e-6)
 
 
 @given(teeth())
@@ -134,7 +134,7 @@ def test_lever_is_longest_at_the_critical_phase(tooth):
 
 @given(teeth(), st.floats(-3.0, 3.0))
 def test_lever_is_the_arm_of_the_contact_normal(tooth, psi):
-    arm = (np.conj(tooth.trochoid.jet(psi).centre) * tooth.trochoid.jet(psi).normal).imag
+    arm = (np.conj(tooth.trochoid.derivatives(psi).centre) * tooth.trochoid.derivatives(psi).normal).imag
     lever = tooth.trochoid.longest_lever * tooth.trochoid.lever_function(psi)
     # The sign: positive ψ resists an anticlockwise disc (docs/conventions.md).
     assert float(arm) == pytest.approx(float(lever), abs=1e-12 * tooth.trochoid.pin_circle_radius)
@@ -151,7 +151,7 @@ def test_speed_ratio_keeps_its_digits_at_the_root_of_a_sharp_tooth():
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_flank_removal_and_its_derivatives_agree_with_mpmath(theoretical, side):
     psi = side * np.array([1e-3, 0.4, 0.622, 1.5, 3.1])
-    jet = FlankRemoval(0.004).jet(psi, np.full_like(psi, side), theoretical.trochoid)
+    jet = FlankRemoval(0.004).derivatives(psi, np.full_like(psi, side), theoretical.trochoid)
     with mp.workdps(30):
         K1 = mp.mpf(theoretical.trochoid.short_width_ratio)
 

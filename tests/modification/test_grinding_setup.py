@@ -15,7 +15,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cycloid_profile.contact.mesh import gaps, mesh
+from cycloid_profile.contact.mesh import backlash, gaps, mesh
 from cycloid_profile.errors import GeometryError
 from cycloid_profile.geometry import ToothProfile
 from cycloid_profile.modification import (
@@ -25,6 +25,8 @@ from cycloid_profile.modification import (
     RadialMoving,
     conjugate_pair,
     modify,
+    pair_ratios,
+    rotation_to_backlash,
     zero_backlash_pair,
 )
 
@@ -130,7 +132,7 @@ def test_compensation_leaves_root_and_tip_and_lifts_both_flanks(theoretical, del
     ends = np.array([0.0, math.pi])
     np.testing.assert_allclose(compensated.at(ends).position, ground.at(ends).position, atol=1e-14)
     for psi in (theoretical.trochoid.critical_phase, -theoretical.trochoid.critical_phase):
-        normal = ground.trochoid.jet(psi).normal
+        normal = ground.trochoid.derivatives(psi).normal
         added = (np.conj(normal) * (compensated.at(psi).position - ground.at(psi).position)).real
         assert added == pytest.approx(delta, abs=1e-13)
 
@@ -194,3 +196,18 @@ def test_article_pair_is_near_the_conjugate_one(rv40e):
     equidistant, radial_moving = conjugate_pair(rv40e.trochoid, 0.225)
     assert radial_moving.amount / equidistant.amount == pytest.approx(-0.583, abs=5e-4)
     assert equidistant.amount == pytest.approx(0.5, rel=0.08)
+
+
+def test_rotation_to_backlash_is_that_of_exact_contact(rv40e):
+    rotated = modify(rv40e.theoretical_profile, Equidistant(0.006), FlankRotation(1e-4))
+    change = (
+        backlash(rv40e, rotated).worst - backlash(rv40e, modify(rv40e.theoretical_profile, Equidistant(0.006))).worst
+    )
+    # 0.1 %: the exact gaps of a turned flank differ in second order.
+    assert rotation_to_backlash(1e-4) == pytest.approx(change, rel=1e-3)
+
+
+def test_pairs_have_their_ratios(rv40e):
+    for pair, ratio in zip((conjugate_pair, zero_backlash_pair), pair_ratios(rv40e.trochoid), strict=True):
+        equidistant, radial_moving = pair(rv40e.trochoid, 0.01)
+        assert radial_moving.amount / equidistant.amount == pytest.approx(ratio)

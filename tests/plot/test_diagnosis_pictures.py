@@ -176,7 +176,7 @@ def test_a_lobe_that_was_not_scanned_is_grey(found: Diagnosis) -> None:
     _, _, figure = pictures(replace(found, gaps=(less,)), "plain")[1]
     (first, _) = (image.get_array() for ax in figure.axes for image in ax.images)
     assert np.all(np.ma.getmaskarray(first)[3])
-    assert "not scanned" in [text.get_text() for text in figure.legends[0].get_texts()]
+    assert "no points" in [text.get_text() for text in figure.legends[0].get_texts()]
 
 
 def test_the_residual_after_is_noise(found: Diagnosis) -> None:

@@ -12,6 +12,7 @@ import cycloid_profile as cp
 from cycloid_profile.design import DesignRecord
 from cycloid_profile.errors import CycloidError
 from cycloid_profile.plot.style import new_figure
+from cycloid_profile.units import ARCMIN
 from tests.spec_texts import PLAIN
 
 DESIGN_FIGURES = {
@@ -70,3 +71,12 @@ def test_a_spec_is_shown_with_its_tooth_in_notebooks() -> None:
 def test_public_names_are_found() -> None:
     for name in cp.plot.__all__:
         assert callable(getattr(cp.plot, name)), name
+
+
+def test_parts_of_the_rotation_add_up_in_their_bars(rv40e_record: DesignRecord) -> None:
+    loaded = rv40e_record.under_load
+    ax = cp.plot.rotation_by_part({"as ground": loaded, "again": loaded})
+    ends = [max(bar.get_x() + bar.get_width() for bar in ax.patches if round(bar.get_y()) == row) for row in (0, 1)]
+    mean = float(np.mean(loaded.rotation)) / ARCMIN
+    np.testing.assert_allclose(ends, mean)
+    assert len(cp.plot.rotation_by_part(loaded).containers) == len(loaded.rotation_by_part)

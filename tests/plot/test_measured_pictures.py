@@ -9,6 +9,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from cycloid_profile import plot
+from cycloid_profile._display import with_unit
 from cycloid_profile.design import as_built_reducer
 from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.measurement import KINDS
@@ -44,7 +45,7 @@ def test_every_kind_has_a_picture_of_its_file_and_of_its_residual(reducer: AsBui
     assert of_file.get_suptitle() == f"plain: {kind.title}"
     residual = measurement_residual(reducer, measured)
     of_residual = figure_holding(plot.measurement_residual(residual, name="plain"))
-    assert f"{residual.rms:.3g} {SIGNS[kind.unit]} rms" in of_residual.get_suptitle()
+    assert with_unit(f"{residual.rms:.3g}", SIGNS[kind.unit]) + " rms" in of_residual.get_suptitle()
     for figure in (of_file, of_residual):
         assert SIGNS[kind.unit] in labels(figure)
     without_reducer = plot.figure_of(measured)

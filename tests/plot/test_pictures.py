@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +16,7 @@ from cycloid_profile.design import DesignRecord, design_disc
 from cycloid_profile.plot import save, save_png
 from cycloid_profile.plot.design.teeth import normal_removal
 from cycloid_profile.plot.gallery import PICTURES, Picture
-from cycloid_profile.plot.measured import draw_lobe_image
+from cycloid_profile.plot.measured import draw_lobe_image, draw_residual, no_points_marks, noise_mark
 from cycloid_profile.plot.style import figure_holding, new_figure
 from cycloid_profile.spec import parse_spec
 from tests.spec_texts import PLAIN
@@ -106,3 +109,45 @@ def test_a_rated_torque_that_is_not_given_is_marked_as_assumed(plain: DesignReco
 
 def test_printed_drive_of_the_catalogue_is_sound() -> None:
     assert design_disc(catalog_drive("printed_11")).failures == ()
+
+
+def test_the_bytes_depend_on_neither_clock_nor_hash_seed(tmp_path: Path) -> None:
+    """Clip paths, hatches and gradients have identifiers, and metadata a date: both are fixed."""
+    script = (
+        "import sys, numpy as np\n"
+        "from pathlib import Path\n"
+        "from cycloid_profile.plot import save\n"
+        "from cycloid_profile.plot.measured import draw_lobe_image, draw_residual\n"
+        "from cycloid_profile.plot.style import canvas\n"
+        "with canvas(None, (6.0, 3.0), 1, 2) as drawn:\n"
+        "    x = np.linspace(0.0, 1.0, 50)\n"
+        "    draw_residual(drawn.axes[0], x, np.sin(9.0 * x), 0.1, 'µm')\n"
+        "    drawn.axes[0].bar([0.5], [0.5], hatch='///', label='bar')\n"
+        "    draw_lobe_image(drawn.axes[1], np.outer(x, x), 1.0, 180.0)\n"
+        "    drawn.legend(1)\n"
+        "save(drawn.figure, Path(sys.argv[1]), 'picture')\n"
+    )
+    written = []
+    for number, epoch in ((1, None), (2, "86400")):
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        known = {key: value for key, value in os.environ.items() if key != "SOURCE_DATE_EPOCH"}
+        seeds = {"PYTHONHASHSEED": str(number)} | ({"SOURCE_DATE_EPOCH": epoch} if epoch else {})
+        subprocess.run([sys.executable, "-c", script, str(folder)], check=True, env=known | seeds)
+        written.append([(folder / f"picture.{kind}").read_bytes() for kind in ("png", "svg")])
+    assert written[0] == written[1]
+    assert b"<dc:date>" not in written[0][1]
+
+
+def test_missing_cells_and_noise_are_in_the_legend() -> None:
+    full = np.zeros((2, 12))
+    assert no_points_marks(full) == []
+    full[1, 3] = np.nan
+    assert [mark.get_label() for mark in no_points_marks(full)] == ["no points"]
+    ax = new_figure().subplots()
+    draw_residual(ax, np.arange(4.0), np.array([0.0, 1.0, -4.0, 0.5]), 0.5, "µm")
+    low, high = ax.get_ylim()
+    assert low == -high  # zero is in the middle
+    (band,) = ax.patches
+    assert (band.get_y(), band.get_y() + band.get_height()) == (-1.0, 1.0)
+    assert noise_mark().get_facecolor() == band.get_facecolor()

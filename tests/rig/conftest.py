@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from cycloid_profile.design import as_built_reducer
-from cycloid_profile.effects import AsBuiltReducer, build, effect
+from cycloid_profile.effects import AsBuiltReducer, apply_effects, effect_from_table
 from cycloid_profile.spec import read_spec
 
 MEASURED = Path(__file__).parent / "measured"
@@ -32,6 +32,6 @@ def built_with(drawn: AsBuiltReducer) -> Callable[..., AsBuiltReducer]:
     """Builds the reducer with effects given as tables of a spec file."""
 
     def reducer(*tables: dict[str, Any]) -> AsBuiltReducer:
-        return build(drawn.case, [effect(table) for table in tables])
+        return apply_effects(drawn.case, [effect_from_table(table) for table in tables])
 
     return reducer

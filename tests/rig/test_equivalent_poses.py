@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from cycloid_profile.contact.stage import StageEquilibrium
 from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.measurement import LOST_MOTION_MAP, TRANSMISSION_ERROR, Measurement
-from cycloid_profile.rig import FirstOrder, encoder_readings, predict_curves
+from cycloid_profile.rig import LinearisedCurve, encoder_readings, predict_curves
 from cycloid_profile.rig._equivalent_poses import equivalent_poses
 from cycloid_profile.units import ARCMIN, ARCSEC, DEGREE, NEWTON_METRE
 
@@ -109,10 +109,10 @@ def test_small_changes_are_those_about_every_pose(built_with, files, more, monke
     monkeypatch.setattr("cycloid_profile.rig._equivalent_poses._pins_identical", lambda _: False)
     for one, every in zip(few, predict_curves(reducer, asked), strict=True):
         assert every.terms[0].sharing.torque.size == 240 > one.terms[0].sharing.torque.size
-        expected = FirstOrder(every).change(after)
+        expected = LinearisedCurve(every).change(after)
         assert np.ptp(expected) + np.max(np.abs(expected)) > 1e-3
         np.testing.assert_allclose(
-            FirstOrder(one).change(after), expected, rtol=0.0, atol=1e-6 * np.max(np.abs(expected))
+            LinearisedCurve(one).change(after), expected, rtol=0.0, atol=1e-6 * np.max(np.abs(expected))
         )
 
 
@@ -123,7 +123,9 @@ def test_some_rows_are_those_rows_of_all(built_with, files):
     some = whole.at(rows)
     np.testing.assert_array_equal(some.value, whole.value[rows])
     np.testing.assert_array_equal(some.terms[0].angle(reducer) / ARCSEC, whole.value[rows])
-    np.testing.assert_allclose(FirstOrder(some).change(after), FirstOrder(whole).change(after)[rows], atol=1e-9)
+    np.testing.assert_allclose(
+        LinearisedCurve(some).change(after), LinearisedCurve(whole).change(after)[rows], atol=1e-9
+    )
 
 
 @settings(max_examples=40, deadline=None)

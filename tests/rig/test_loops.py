@@ -10,9 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from cycloid_profile.effects import transmitted_torque
 from cycloid_profile.errors import MeasurementError
 from cycloid_profile.rig import backlash_map, evaluate_loop, hysteresis_loop
-from cycloid_profile.rig.hysteresis import stage_torque, torque_path
+from cycloid_profile.rig.hysteresis import torque_path
 from cycloid_profile.units import ARCMIN, NEWTON_METRE
 
 torques = arrays(np.float64, st.integers(1, 40), elements=st.floats(-1e6, 1e6))
@@ -23,14 +24,14 @@ sides = st.sampled_from([-1.0, 1.0])
 
 @given(torques, coulombs, shares, sides)
 def test_friction_holds_back_no_more_than_it_can(torque, coulomb, share, before):
-    left = stage_torque(torque, coulomb, share, before)
+    left = transmitted_torque(torque, coulomb, share, before)
     band = coulomb + share * np.abs(torque)
     assert np.all(np.abs(torque - left) <= band * (1.0 + 1e-12) + 1e-9)
 
 
 @given(torques, coulombs, sides)
 def test_the_stage_moves_only_when_it_is_pushed(torque, coulomb, before):
-    left = stage_torque(torque, coulomb, 0.0, before)
+    left = transmitted_torque(torque, coulomb, 0.0, before)
     moved = np.diff(left, prepend=math.copysign(coulomb, before))
     going = moved != 0.0
     # It then hangs behind by the whole friction, on the side it comes from.
@@ -39,7 +40,10 @@ def test_the_stage_moves_only_when_it_is_pushed(torque, coulomb, before):
 
 @given(torques, coulombs, shares, sides)
 def test_friction_is_symmetric_in_direction(torque, coulomb, share, before):
-    there, back = stage_torque(torque, coulomb, share, before), stage_torque(-torque, coulomb, share, -before)
+    there, back = (
+        transmitted_torque(torque, coulomb, share, before),
+        transmitted_torque(-torque, coulomb, share, -before),
+    )
     np.testing.assert_array_equal(there, -back)
 
 
@@ -47,13 +51,13 @@ def test_friction_is_symmetric_in_direction(torque, coulomb, share, before):
 def test_speed_and_stops_do_not_matter(torque, coulomb, share, before):
     # Points in between and rests change nothing of what is reached.
     between = np.interp(np.arange(0.0, torque.size - 0.75, 0.25), np.arange(torque.size), torque)
-    found = stage_torque(np.repeat(between, 2), coulomb, share, before)[1::8]
-    np.testing.assert_allclose(found, stage_torque(torque, coulomb, share, before), atol=1e-6)
+    found = transmitted_torque(np.repeat(between, 2), coulomb, share, before)[1::8]
+    np.testing.assert_allclose(found, transmitted_torque(torque, coulomb, share, before), atol=1e-6)
 
 
 @given(torques, sides)
 def test_without_friction_the_stage_feels_it_all(torque, before):
-    np.testing.assert_array_equal(stage_torque(torque, 0.0, 0.0, before), torque)
+    np.testing.assert_array_equal(transmitted_torque(torque, 0.0, 0.0, before), torque)
 
 
 @given(st.integers(1, 9), st.sampled_from([10, 20, 50]))
@@ -63,7 +67,7 @@ def test_the_loop_of_a_play_operator_has_its_area(tenths, per_side):
     c = 0.5 * tenths / 10.0
     steps = np.arange(10 * per_side + 1) / (10.0 * per_side)
     path = np.concatenate([2.0 * steps - 1.0, (1.0 - 2.0 * steps)[1:], (2.0 * steps - 1.0)[1:]])[10 * per_side :]
-    left = stage_torque(path, c, 0.0, 1.0)
+    left = transmitted_torque(path, c, 0.0, 1.0)
     area = abs(np.trapezoid(path, left))
     assert area == pytest.approx(4.0 * c * (1.0 - c), rel=1e-9)
 
@@ -71,7 +75,7 @@ def test_the_loop_of_a_play_operator_has_its_area(tenths, per_side):
 def test_friction_in_proportion_opens_the_loop_towards_its_ends():
     path = torque_path(1.0, 400)
     top, bottom = int(np.argmax(path)), int(np.argmin(path))
-    left = stage_torque(path, 0.0, 0.1)
+    left = transmitted_torque(path, 0.0, 0.1)
     width = left[top:bottom][::10] - np.interp(path[top:bottom][::10], path[bottom:], left[bottom:])
     # Falling it feels T + 0.1|T|, rising T − 0.1|T|: apart by 0.2|T|, until the end of the path holds it.
     torque = path[top:bottom][::10]

@@ -12,7 +12,7 @@ from cycloid_profile.compensation import compensate_by
 from cycloid_profile.contact.mesh import input_locked_factor
 from cycloid_profile.effects import as_drawn
 from cycloid_profile.errors import SolveError
-from cycloid_profile.rig import ARTICLE_SPEED, backlash_map, reversal_run
+from cycloid_profile.rig import PUBLISHED_REVERSAL_SPEED, backlash_map, reversal_run
 from cycloid_profile.units import ARCMIN, DEGREE
 
 DELTA = 1.6e-3
@@ -33,7 +33,7 @@ def geometric(drawn) -> float:
 @pytest.mark.slow
 def test_the_input_turns_as_the_article_says(run):
     # v(t) = 15000 sin(30 t) + 10890 °/s, which goes backwards between the roots of the sine at −0.726.
-    A, omega, C = ARTICLE_SPEED
+    A, omega, C = PUBLISHED_REVERSAL_SPEED
     assert (A / DEGREE, omega, C / DEGREE) == pytest.approx((15000.0, 30.0, 10890.0))
     root = math.asin(10890.0 / 15000.0)
     turns = [(math.pi + root + 2.0 * math.pi * k) / 30.0 for k in range(7)]

@@ -11,11 +11,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cycloid_profile.contact import LoadCase
+from cycloid_profile.catalog import catalog_drive
+from cycloid_profile.contact import LoadCase, RollerBearing
 from cycloid_profile.contact.laws import Palmgren
 from cycloid_profile.contact.mesh import output_turn
 from cycloid_profile.contact.stage import StageEquilibrium
-from cycloid_profile.effects import AsBuiltReducer, as_drawn, effect
+from cycloid_profile.design import conventional_profile, drive_of, load_case
+from cycloid_profile.effects import AsBuiltReducer, as_drawn
+from cycloid_profile.effects import effect_from_table as effect
 from cycloid_profile.errors import LoadError
 from cycloid_profile.geometry import CentralEccentric, Drive, Trochoid
 from cycloid_profile.modification import Equidistant, modify
@@ -112,6 +115,21 @@ def test_answers_are_those_of_the_exact_equilibrium(small, scattered, made_with,
     # Far more than that is there to be got right: play, compliance and encoder included.
     without, _ = stage.answers(np.zeros_like(x))
     assert np.min(np.abs(wanted - without[0])) > 5.0 * ARCSEC
+
+
+@pytest.mark.parametrize("play", [0.004, -0.004])
+def test_clearance_of_rollers_scatters(small, scattered, made_with, play):
+    drive = small.case.drive
+    support = replace(drive.support, bearing_play=play, rollers=RollerBearing(10, 1e5))
+    held = as_drawn(replace(small.case, drive=replace(drive, support=support)))
+    tolerances = scattered(*PARTS[2:4], READ[0], reducer=held)
+    stage = of(held, tolerances)
+    x = Draws(tolerances, 1).coordinates(0, 1, 0)
+    assert np.max(np.abs(stage.errors(x)[2] - play)) > 1e-3
+    wanted, pressed = exact(made_with(held, tolerances, x[0]), stage)
+    rotation, pressure = stage.answers(x)
+    np.testing.assert_allclose(rotation[0], wanted, rtol=0.0, atol=0.1 * ARCSEC)
+    np.testing.assert_allclose(pressure[0], pressed, rtol=2e-3)
 
 
 # Beside a root the path of a pin's centre bends by 0.07 mm: there a contact moves by as much as its errors, and its
@@ -233,3 +251,20 @@ def test_one_disc_on_a_central_eccentric(made_with):
     wanted, _ = exact(made_with(reducer, tolerances, x[0]), stage)
     # On a soft bearing the disc gives way by 25 µm, and errors turn their normals with it: 3·25 µm²/3 mm over 12 mm.
     np.testing.assert_allclose(stage.answers(x)[0][0], wanted, rtol=0.0, atol=0.5 * ARCSEC)
+
+
+@pytest.mark.slow
+def test_elastic_supports_find_the_exact_equilibrium(large, scattered, made_with):
+    # They give way by more than an error is high: the search must begin with the pins pressed nevertheless.
+    on = {"drive.pin_seat.contact": True, "drive.ring.elastic": True, "drive.pillars.elastic": True}
+    spec = catalog_drive("rv40e").replace(on)
+    drive = drive_of(spec)
+    soft = as_drawn(load_case(spec, drive, conventional_profile(spec, drive)))
+    tolerances = scattered(*PARTS, reducer=large)
+    stage = of(soft, tolerances, 9)
+    x = Draws(tolerances, 1).coordinates(0, 40, 0)
+    rotation, _ = stage.answers(x)
+    assert np.all(np.isfinite(rotation))
+    for one, own in zip(x[:2], rotation, strict=False):
+        wanted, _ = exact(made_with(soft, tolerances, one), stage)
+        np.testing.assert_allclose(own, wanted, rtol=0.0, atol=2.0 * ARCSEC)

@@ -120,9 +120,13 @@ def test_crank_held_backlash_is_that_of_the_rig(setup, rv40e):
     np.testing.assert_allclose(on_rig * factor, setup.backlash(reducer)[0], rtol=2e-4)
 
 
-def test_play_of_the_sun_reaches_the_output_over_the_ratio(setup, rv40e):
-    # Under load the pins move on by what the crank is ahead, so that the wind-up is not quite the same: 2e-4.
-    assert output_per_sun_play(setup.case) == pytest.approx(1.0 / rv40e.reduction_ratio, rel=3e-4)
+@pytest.mark.parametrize("body", ["rigid", "elastic"])
+def test_play_of_the_sun_reaches_the_output_over_the_ratio(body):
+    spec = catalog_drive("rv40e").replace("load.disc_body", body)
+    drive = drive_of(spec)
+    case = load_case(spec, drive, conventional_profile(spec, drive))
+    # Kinematics: 1/121. A light torque leaves 4e-5 of the wind-up that changes with the crank angle.
+    assert output_per_sun_play(case) == pytest.approx(1.0 / drive.reduction_ratio, rel=1e-4)
 
 
 def test_first_stage_agrees_with_kinematics(rows):

@@ -19,7 +19,8 @@ from cycloid_profile.contact import LoadCase, StagePositions
 from cycloid_profile.contact.bodies import support_model
 from cycloid_profile.contact.mesh import first_touch, mesh, output_turn
 from cycloid_profile.contact.stage import StageEquilibrium
-from cycloid_profile.effects import AsBuiltReducer, Effect, as_drawn, effect, encoder_error
+from cycloid_profile.effects import AsBuiltReducer, Effect, as_drawn, encoder_error
+from cycloid_profile.effects import effect_from_table as effect
 from cycloid_profile.geometry import Drive
 from cycloid_profile.modification import Equidistant, modify
 from cycloid_profile.tolerance.inputs import tolerances_of

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cycloid_profile.effects import effect
+from cycloid_profile.effects import effect_from_table as effect
 from cycloid_profile.errors import ToleranceError
 from cycloid_profile.tolerance.study import Draws, ParallelQuantities, Sobol, Store, Study, Threads, run
 from cycloid_profile.tolerance.study.store import open_store

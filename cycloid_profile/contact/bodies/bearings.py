@@ -12,6 +12,7 @@ import numpy as np
 
 from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
 from cycloid_profile.contact.bodies.deviations import NO_DEVIATIONS, PartDeviations
+from cycloid_profile.contact.bodies.radial_bearing import BearingLaw, bearing_law
 from cycloid_profile.geometry import CentralEccentric, Cranks, Drive
 
 
@@ -22,7 +23,7 @@ class SupportModel:
     ``disc_unknowns`` shape (discs, 3): which of the unknowns are (x, y, θ) of each disc [mm, mm, rad].
     ``spring_stretch`` shape (poses, springs, 2, unknowns): maps u to the stretch of each bearing [mm].
     ``misfit`` shape (poses, springs, 2): stretch at u = 0, from errors of eccentrics and bores [mm].
-    ``stiffness`` of every bearing, the same in all directions [N/mm]; ``play``, radial [mm].
+    ``bearing``, law of every bearing, the same in all directions; ``play``, radial, negative under preload [mm].
     ``rigid_motion`` shape (poses, unknowns): u per rad of Θ that stretches no spring.
     ``arm`` shape (unknowns,): brings every generalised force to N·mm, 1 for rotations [mm for shifts].
     """
@@ -30,7 +31,7 @@ class SupportModel:
     disc_unknowns: IntArray
     spring_stretch: FloatArray
     misfit: FloatArray
-    stiffness: float
+    bearing: BearingLaw
     play: float
     rigid_motion: FloatArray
     arm: FloatArray
@@ -91,7 +92,7 @@ def _cranks(drive: Drive, cranks: Cranks, crank_angle: FloatArray, deviations: P
         disc_unknowns=np.arange(1, unknowns).reshape(discs, 3),
         spring_stretch=stretch.reshape(poses, -1, 2, unknowns),
         misfit=_misfit_of_cranks(drive, cranks, crank_angle, deviations),
-        stiffness=cranks.bearing_stiffness,
+        bearing=bearing_law(cranks),
         play=cranks.bearing_play,
         rigid_motion=rigid,
         arm=_arms(drive, unknowns, 3),
@@ -149,7 +150,7 @@ def _central(drive: Drive, eccentric: CentralEccentric, crank_angle: FloatArray)
         disc_unknowns=np.array([[1 + 2 * j, 2 + 2 * j, 0] for j in range(discs)]),
         spring_stretch=stretch,
         misfit=support_misfit(drive, crank_angle, NO_DEVIATIONS),
-        stiffness=eccentric.bearing_stiffness,
+        bearing=bearing_law(eccentric),
         play=eccentric.bearing_play,
         rigid_motion=rigid,
         arm=_arms(drive, unknowns, 2),

@@ -9,7 +9,7 @@ import numpy as np
 
 from cycloid_profile.arrays import ArrayLike, FloatArray
 from cycloid_profile.contact._blocks import over_blocks, poses_and_torques
-from cycloid_profile.contact.bodies import stage_compliance
+from cycloid_profile.contact.bodies import LinearBearing, stage_compliance
 from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.contact.laws import ContactLaw, LineContact, compiled_law
 from cycloid_profile.contact.mesh import OVERLAP_TOLERANCE, first_touch, mesh
@@ -223,7 +223,7 @@ def _balance_elastic(
         disc_unknowns=np.zeros((1, 3), dtype=np.intp),
         spring_stretch=np.zeros((poses, 0, 2, 1)),
         stretch=none,
-        bearing_stiffness=0.0,
+        bearing=LinearBearing(0.0),
         play=0.0,
         torque=torque,
         rotation=np.zeros(poses),

@@ -17,9 +17,13 @@ from cycloid_profile.errors import LoadError
 
 Approach = Callable[[FloatArray, LineContact], FloatArray]
 
-# Table of a law: ln δ from 1e-12 mm to 0.5 % of the pin radius r, curvatures of concave teeth up to 0.96/r.
-_LEAST, _MOST, _COLUMN = math.log(1e-12), 0.005, 0.1
+# Table of a law: ln δ from 1e-12 mm to 5 % of the pin radius r, curvatures of concave teeth up to 0.96/r. A disc of
+# plastic under its rated load reaches 0.6 %.
+_LEAST, _MOST, _COLUMN = math.log(1e-12), 0.05, 0.05
 _CONFORMING, _ROW = 0.96, 0.08
+# A logarithmic law stops rising where the band is as wide as the bodies. Table rows end where the slope of ln δ over
+# ln F has fallen to this share of its first value, so that the interpolation stays away from the vertical tangent.
+_LEAST_SLOPE = 0.5
 _INVERSION_STEPS = 80
 _LOG_STEP = 1e-5  # of the force; central differences then err by some 1e-11
 
@@ -29,9 +33,9 @@ class LawFromApproach(HertzBand):
     """Contact law from one function ``approach(force, contact)`` [N] → [mm]; all else is found numerically.
 
     ``function`` is called with arrays of forces > 0, shape of ``contact.curvature``, and must be smooth and rise
-    with the force. The compiled solvers interpolate it with errors below 1e-9 up to an approach of 0.5 % of the pin
-    radius, beyond that by a power law. A kink over the curvature must lie at ±1/``contact.radius_cap``. Band and
-    stresses are those of Hertz.
+    with the force. The compiled solvers interpolate it with errors below 1e-9 up to an approach of 5 % of the pin
+    radius, as long as the band is narrow (``within_range``), beyond that by a power law. A kink over the curvature must
+    lie at ±1/``contact.radius_cap``. Band and stresses are those of Hertz.
 
     Raises
     ------
@@ -129,7 +133,9 @@ def _tabulated(law: LawFromApproach, contact: LineContact) -> CompiledLaw:
     x = np.arange(_LEAST, math.log(_MOST * contact.pin_radius) + _COLUMN, _COLUMN)
     curvature = _curvatures(contact)[:, np.newaxis]
     some = replace(contact, curvature=curvature + np.zeros_like(x))
-    y = _log_force(law, x + np.zeros_like(curvature), some)
+    end, start = _rising_range(law, x, contact, curvature)
+    inside = np.minimum(x, end)
+    y = _log_force(law, inside, some, start)
     # The complementary energy ∫δ dF = ∫δF d(ln F), a power law below the table, Gauss' rule between its columns.
     node, weight = np.polynomial.legendre.leggauss(6)
     step = np.diff(y)[..., np.newaxis]
@@ -137,12 +143,13 @@ def _tabulated(law: LawFromApproach, contact: LineContact) -> CompiledLaw:
     at = replace(contact, curvature=curvature[..., np.newaxis] + np.zeros_like(log_force))
     F = np.exp(log_force)
     between = 0.5 * step[..., 0] * np.sum(weight * law.function(F, at) * F, axis=-1)
-    product = np.exp(x + y)
+    product = np.exp(inside + y)
     exponent = (x[1] - x[0]) / (y[:, 1] - y[:, 0])
     first = product[:, 0] / (1.0 + exponent)
     complementary = first[:, np.newaxis] + np.concatenate(
         [np.zeros_like(curvature), np.cumsum(between, axis=1)], axis=1
     )
+    log_energy = _continued(np.log(product - complementary), x, end)
     return CompiledLaw(
         kind=TABLE,
         factor=0.0,
@@ -154,8 +161,37 @@ def _tabulated(law: LawFromApproach, contact: LineContact) -> CompiledLaw:
         row_spacing=_ROW,
         first_column=_LEAST,
         column_spacing=_COLUMN,
-        table=np.log(product - complementary),
+        table=log_energy,
     )
+
+
+def _rising_range(
+    law: LawFromApproach, x: FloatArray, contact: LineContact, curvature: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Largest ln δ of each row up to which the law rises steeply enough, shape (rows, 1), and ln F near each ``x``,
+    shape (rows, columns).
+    """
+    first = _log_force(law, x[:1] + np.zeros_like(curvature), replace(contact, curvature=curvature))
+    climb = np.arange(0.0, (x[-1] - x[0]) / _LEAST_SLOPE + _COLUMN, _COLUMN)
+    y = first + climb
+    with np.errstate(invalid="ignore", divide="ignore"):
+        height = np.log(law.function(np.exp(y), replace(contact, curvature=curvature + np.zeros_like(y))))
+    slope = np.diff(height, axis=1) / _COLUMN
+    steep = np.logical_and.accumulate(slope > _LEAST_SLOPE * slope[:, :1], axis=1)
+    last = np.sum(steep, axis=1)
+    end = np.take_along_axis(height, last[:, np.newaxis], axis=1)
+    near = [np.interp(x, row[: n + 1], at[: n + 1]) for row, at, n in zip(height, y, last, strict=True)]
+    return end, np.array(near)
+
+
+def _continued(log_energy: FloatArray, x: FloatArray, end: FloatArray) -> FloatArray:
+    """Rows of the table, each continued beyond its ``end`` as a power law."""
+    last = np.maximum(np.sum(x <= end, axis=1) - 1, STENCIL)
+    rows = np.arange(len(log_energy))
+    slope = (log_energy[rows, last] - log_energy[rows, last - 1]) / _COLUMN
+    beyond = log_energy[rows, last][:, np.newaxis] + slope[:, np.newaxis] * (x - x[last][:, np.newaxis])
+    continued: FloatArray = np.where(x > x[last][:, np.newaxis], beyond, log_energy)
+    return continued
 
 
 def _curvatures(contact: LineContact) -> FloatArray:
@@ -169,12 +205,15 @@ def _curvatures(contact: LineContact) -> FloatArray:
     return np.concatenate([np.linspace(-cap, cap, STENCIL), -cap * ratio, pin * concave / (1.0 + concave)])
 
 
-def _log_force(law: LawFromApproach, log_approach: FloatArray, contact: LineContact) -> FloatArray:
-    """ln F at ln δ, by the secant method; ln δ is an almost linear function of ln F."""
-    y = np.zeros_like(log_approach)
+def _log_force(
+    law: LawFromApproach, log_approach: FloatArray, contact: LineContact, start: FloatArray | None = None
+) -> FloatArray:
+    """ln F at ln δ, by the secant method from ``start``; ln δ is an almost linear function of ln F."""
+    y = np.zeros_like(log_approach) if start is None else start
     value = np.log(law.function(np.exp(y), contact)) - log_approach
     slope = np.ones_like(y)
-    before, value_before = y + 1.0, np.log(law.function(np.exp(y + 1.0), contact)) - log_approach
+    # Downwards: a logarithmic law need not rise one step further up.
+    before, value_before = y - 1.0, np.log(law.function(np.exp(y - 1.0), contact)) - log_approach
     for _ in range(_INVERSION_STEPS):
         # The last steps differ by rounding alone: they keep the slope before.
         far = np.abs(before - y) > 1e-7

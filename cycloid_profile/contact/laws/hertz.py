@@ -32,6 +32,10 @@ class Material:
         """(1 − μ²)/E [1/MPa]."""
         return (1.0 - self.poisson_ratio**2) / self.youngs_modulus
 
+    def contact_modulus(self, other: Material) -> float:
+        """E* of a contact with another material, 1/E* = (1 − μ1²)/E1 + (1 − μ2²)/E2 [MPa]."""
+        return 1.0 / (self.compliance + other.compliance)
+
     @property
     def is_steel(self) -> bool:
         """Whether the material is at least as stiff as the softest steels, 0.9 of 206 GPa."""

@@ -99,7 +99,7 @@ def mesh(trochoid: Trochoid, crank_angle: ArrayLike, discs: int = 1) -> Meshing:
     lobe = np.mod(turns - pin, trochoid.lobes)
     slow = np.exp(-1j * psi / trochoid.lobes)
     into_lobe = slow * np.exp(-1j * pin_angle)
-    path = trochoid.jet(psi)
+    path = trochoid.derivatives(psi)
     return Meshing(trochoid, phi, psi, lobe, path.centre, into_lobe)
 
 

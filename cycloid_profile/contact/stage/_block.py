@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
-from cycloid_profile.contact.bodies import PartDeviations, stage_compliance, support_model
+from cycloid_profile.contact.bodies import PartDeviations, support_model
 from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.contact.mesh import OVERLAP_TOLERANCE, Gaps, Meshing, closing_turn, gaps
 from cycloid_profile.contact.result import STATUSES, LoadSharing, SolveStatus, StageMotion, StagePositions
@@ -34,7 +34,7 @@ class StageBlock:
         self.direction = np.sign(torque)
         self.meshing = meshing
         self.support = support_model(case.drive, self.meshing.crank_angle, deviations)
-        self.compliance = stage_compliance(case.disc_bodies, meshing)
+        self.compliance = case.body_compliance(meshing)
         self.load = np.zeros(self.compliance.shape[:2])
 
     def solved(self, near: StagePositions | None = None, compiled: bool = False) -> LoadSharing:
@@ -70,7 +70,7 @@ class StageBlock:
         everywhere, history = np.arange(len(begin)), list[tuple[float, float]]()
         rests = settled_near(
             self.case, self.deviations, self.meshing, self.support, self.torque, self._tolerance(everywhere),
-            self._overclosure(), begin, foot, self.load,
+            self._overclosure(), self.compliance, begin, foot, self.load,
         )  # fmt: skip
         u, seen, settled = rests
         if check:
@@ -219,6 +219,14 @@ class StageBlock:
         elastic = self.compliance[active], self.load[active]
         return StageEnergy.about(self.case, self.support.poses(active), found, u[active], self.torque[active], *elastic)
 
+    def _supports_receded(self) -> FloatArray:
+        """How far the supports give way at the pins, shape (poses, discs, pins) [mm]."""
+        shape = self.meshing.phase.shape
+        found = np.zeros((shape[0], shape[1] * shape[2]))
+        for one in self.case.supports.matrices(self.case.drive, self.meshing).values():
+            found += np.einsum("pij,pj->pi", one[:, : found.shape[1]], self.load)
+        return found.reshape(shape)
+
     def _sharing(
         self,
         u: FloatArray,
@@ -230,9 +238,10 @@ class StageBlock:
     ) -> LoadSharing:
         problem = self._energy(np.arange(len(u)), u, seen)
         point = problem.at(np.zeros_like(u))
+        receded = point.receded - self._supports_receded()
         sense = self.direction[:, np.newaxis, np.newaxis]
         bearings = point.bearing_force.reshape(len(u), self.case.drive.discs, -1, 2)
-        deformation = _deformation(point)
+        deformation = _deformation(point._replace(receded=receded))
         return LoadSharing(
             case=self.case,
             solver="stage",
@@ -241,7 +250,7 @@ class StageBlock:
             phase=sense * self.meshing.phase,
             gap=gap_at_touch,
             approach=np.maximum(point.approach, 0.0),
-            receded=point.receded,
+            receded=receded,
             force=point.force,
             pressure=self.case.law.peak_pressure(point.force, problem.contact),
             lever=sense * problem.lever,
@@ -267,7 +276,7 @@ class StageBlock:
 
 
 def _deformation(point: EnergyPoint) -> FloatArray:
-    """Largest deformation of contact and disc together at a loaded pin, shape (poses,) [mm]."""
+    """Largest deformation of contact and elastic bodies together at a loaded pin, shape (poses,) [mm]."""
     both = np.where(point.force > 0.0, point.approach + point.receded, 0.0)
     return np.asarray(np.max(both, axis=(1, 2), initial=0.0))
 

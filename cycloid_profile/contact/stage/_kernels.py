@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit
 
 from cycloid_profile.arrays import FloatArray, IntArray
+from cycloid_profile.contact.bodies._bearing_kernels import CompiledBearing, bearing_response
 from cycloid_profile.contact.laws._kernels import response
 from cycloid_profile.contact.laws.compiled import CompiledLaw
 
@@ -40,7 +41,7 @@ class PoseProblem(NamedTuple):
     own: IntArray
     spring_stretch: FloatArray
     stretch: FloatArray
-    bearing_stiffness: float
+    bearing: CompiledBearing
     play: float
     torque: float
     rotation: float
@@ -49,13 +50,14 @@ class PoseProblem(NamedTuple):
 
 
 class Workspace(NamedTuple):
-    """Arrays of one search: ``stiffness`` of the pins, ``now`` the stretch of the bearings, ``force`` of all; rows of
-    ``motions`` (4 + unknowns, unknowns) and, for elastic discs alone, of ``forces`` (7, forces); the others as in
-    ``factorised`` and ``through``.
+    """Arrays of one search: ``stiffness`` of the pins; of the bearings ``now``, direction of the stretch, and ``rate``,
+    stiffness along and across it, both shape (bearings, 2); ``force`` of all; rows of ``motions`` (4 + unknowns,
+    unknowns) and, for elastic discs alone, of ``forces`` (7, forces); the others as in ``factorised`` and ``through``.
     """
 
     stiffness: FloatArray
     now: FloatArray
+    rate: FloatArray
     force: FloatArray
     motions: FloatArray
     forces: FloatArray
@@ -72,9 +74,9 @@ def workspace(discs: int, pins: int, bearings: int, unknowns: int, elastic: bool
     n = discs * pins + 2 * bearings
     m = n if elastic else 0
     return Workspace(
-        np.zeros((discs, pins)), np.zeros((bearings, 2)), np.zeros(n), np.zeros((4 + unknowns, unknowns)),
-        np.zeros((7, m)), np.zeros((m, 1 + unknowns)), np.zeros((m, 1 + unknowns)), np.zeros((m, 2), np.int64),
-        np.zeros((m, 2)), np.zeros((m, m)),
+        np.zeros((discs, pins)), np.zeros((bearings, 2)), np.zeros((bearings, 2)), np.zeros(n),
+        np.zeros((4 + unknowns, unknowns)), np.zeros((7, m)), np.zeros((m, 1 + unknowns)), np.zeros((m, 1 + unknowns)),
+        np.zeros((m, 2), np.int64), np.zeros((m, 2)), np.zeros((m, m)),
     )  # fmt: skip
 
 
@@ -175,7 +177,7 @@ def energy_at(  # pragma: no cover
     problem: PoseProblem, step: FloatArray, receded: FloatArray, gradient: FloatArray, work: Workspace
 ) -> float:
     """Energy of contacts, bearings and torque at a step, the discs ``receded`` by C y; fills the gradient by the motion
-    and, in ``work``, all forces, the stiffnesses of the pins and the stretch of the bearings.
+    and, in ``work``, all forces and stiffnesses.
     """
     frame, own, stretched = problem.frame, problem.own, problem.spring_stretch
     discs, pins = problem.gap.shape
@@ -211,13 +213,13 @@ def energy_at(  # pragma: no cover
         if elastic:
             sx -= receded[first]
             sy -= receded[first + 1]
-        work.now[s, 0], work.now[s, 1] = sx, sy
         length = math.sqrt(sx * sx + sy * sy)
+        share, work.rate[s, 0], stored = bearing_response(problem.bearing, problem.play, length)
+        energy += stored
+        work.now[s, 0], work.now[s, 1] = (sx / length, sy / length) if length > 0.0 else (1.0, 0.0)
+        work.rate[s, 1] = share
         work.force[first], work.force[first + 1] = 0.0, 0.0
-        if length > problem.play:
-            beyond = length - problem.play
-            energy += 0.5 * problem.bearing_stiffness * beyond * beyond
-            share = problem.bearing_stiffness * beyond / length
+        if share > 0.0:
             work.force[first], work.force[first + 1] = share * sx, share * sy
             for a in range(step.size):
                 gradient[a] += share * (stretched[s, 0, a] * sx + stretched[s, 1, a] * sy)
@@ -226,7 +228,7 @@ def energy_at(  # pragma: no cover
 
 @njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
 def fill_hessian(problem: PoseProblem, work: Workspace, hessian: FloatArray) -> None:  # pragma: no cover
-    """Second derivative of the energy with rigid discs, where ``energy_at`` left stiffnesses and stretch."""
+    """Second derivative of the energy with rigid discs, where ``energy_at`` left stiffnesses."""
     hessian[:] = 0.0
     frame, own, stretched = problem.frame, problem.own, problem.spring_stretch
     discs, pins = work.stiffness.shape
@@ -239,7 +241,7 @@ def fill_hessian(problem: PoseProblem, work: Workspace, hessian: FloatArray) -> 
                     for b in range(3):
                         hessian[own[d, a], own[d, b]] += rate * frame[a, d, k] * frame[b, d, k]
     for s in range(len(stretched)):
-        ux, uy, along, across = bearing_tangent(problem, work.now[s, 0], work.now[s, 1])
+        ux, uy, along, across = work.now[s, 0], work.now[s, 1], work.rate[s, 0], work.rate[s, 1]
         xx, yy = across + (along - across) * ux * ux, across + (along - across) * uy * uy
         xy = (along - across) * ux * uy
         for a in range(unknowns):
@@ -249,19 +251,6 @@ def fill_hessian(problem: PoseProblem, work: Workspace, hessian: FloatArray) -> 
             bx, by = xx * ax + xy * ay, xy * ax + yy * ay
             for b in range(unknowns):
                 hessian[a, b] += bx * stretched[s, 0, b] + by * stretched[s, 1, b]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
-def bearing_tangent(
-    problem: PoseProblem, sx: float, sy: float
-) -> tuple[float, float, float, float]:  # pragma: no cover
-    """Direction of a bearing's stretch, and its stiffness along and across it [N/mm]."""
-    length = math.sqrt(sx * sx + sy * sy)
-    if length > problem.play and length > 0.0:
-        stiffness = problem.bearing_stiffness
-        return sx / length, sy / length, stiffness, stiffness * (1.0 - problem.play / length)
-    free = problem.bearing_stiffness if problem.play == 0.0 else 0.0
-    return 1.0, 0.0, free, free
 
 
 @njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
@@ -342,7 +331,7 @@ def factorised(problem: PoseProblem, work: Workspace) -> int:  # pragma: no cove
                 weight[count, 0], weight[count, 1] = math.sqrt(work.stiffness[d, k]), 0.0
                 count += 1
     for s in range(len(problem.stretch)):
-        ux, uy, along, across = bearing_tangent(problem, work.now[s, 0], work.now[s, 1])
+        ux, uy, along, across = work.now[s, 0], work.now[s, 1], work.rate[s, 0], work.rate[s, 1]
         first = discs * pins + 2 * s
         for stiffness, x, y in ((along, ux, uy), (across, -uy, ux)):
             if stiffness > 0.0:
@@ -423,8 +412,8 @@ def solve(matrix: FloatArray, right: FloatArray, found: FloatArray) -> None:  # 
 
 
 class StageArrays(NamedTuple):
-    """``PoseProblem`` of many poses: the same fields with poses first, but for ``law``, ``own``, ``bearing_stiffness``
-    and ``arm``.
+    """``PoseProblem`` of many poses: the same fields with poses first, but for ``law``, ``own``, ``bearing`` and
+    ``arm``.
     """
 
     law: CompiledLaw
@@ -434,7 +423,7 @@ class StageArrays(NamedTuple):
     own: IntArray
     spring_stretch: FloatArray
     stretch: FloatArray
-    bearing_stiffness: float
+    bearing: CompiledBearing
     play: FloatArray
     torque: FloatArray
     rotation: FloatArray
@@ -447,7 +436,7 @@ def pose_problem(stage: StageArrays, p: int) -> PoseProblem:  # pragma: no cover
     """Pose ``p`` of many."""
     return PoseProblem(
         stage.law, stage.constant[p], stage.gap[p], stage.frame[p], stage.own, stage.spring_stretch[p],
-        stage.stretch[p], stage.bearing_stiffness, stage.play[p], stage.torque[p], stage.rotation[p], stage.arm,
+        stage.stretch[p], stage.bearing, stage.play[p], stage.torque[p], stage.rotation[p], stage.arm,
         stage.compliance[p],
     )  # fmt: skip
 

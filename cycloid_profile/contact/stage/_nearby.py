@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from cycloid_profile.arrays import BoolArray, FloatArray
-from cycloid_profile.contact.bodies import PartDeviations, SupportModel, compiled_discs, places_on_discs
+from cycloid_profile.contact.bodies import PartDeviations, SupportModel
 from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.contact.laws import compiled_law
 from cycloid_profile.contact.mesh import LEAST_REACH, Gaps, Meshing, capture_radius
@@ -35,13 +35,14 @@ def settled_near(
     torque: FloatArray,
     tolerance: FloatArray,
     overclosure: FloatArray,
+    compliance: FloatArray,
     begin: FloatArray,
     foot: FloatArray | None,
     load: FloatArray,
 ) -> tuple[FloatArray, Gaps, BoolArray]:
     """Unknowns at equilibrium, shape (poses, unknowns), the gaps there, and the poses that this holds for, found from
     the unknowns ``begin`` and the feet near them, shape (poses, discs, pins). The forces ``load`` that deform elastic
-    discs are replaced.
+    bodies of this ``compliance`` are replaced.
 
     On a tooth with corners the gaps are those of its smooth branches near the feet, and a balance is to be checked with
     exact ones. A pose is left out that does not settle, or with a pin that may have a second foot.
@@ -72,11 +73,10 @@ def settled_near(
             _removals(teeth, meshing, about), about,
             compiled_law(case.law, contact),
             support.disc_unknowns, np.ascontiguousarray(support.spring_stretch),
-            np.ascontiguousarray(support.misfit), float(support.stiffness), float(support.play), np.array(torque),
+            np.ascontiguousarray(support.misfit), support.bearing.compiled(), float(support.play), np.array(torque),
             support.arm, np.ascontiguousarray(support.rigid_motion),
             LEAST_REACH * case.profile.trochoid.longest_lever, overclosure, tolerance,
-            np.array([REFRESHES, WHOLE_STEPS]), *compiled_discs(case.disc_bodies),
-            *places_on_discs(case.disc_bodies, meshing), u, load, found, gap, frame, curvature, settled,
+            np.array([REFRESHES, WHOLE_STEPS]), compliance, u, load, found, gap, frame, curvature, settled,
         )  # fmt: skip
         moved = np.where(gap < _MATTERS, np.abs(found - about), 0.0)
         holds = known & settled

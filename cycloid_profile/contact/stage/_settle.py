@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit, prange
 
 from cycloid_profile.arrays import BoolArray, ComplexArray, FloatArray, IntArray
-from cycloid_profile.contact.bodies._kernels import fill_compliance
+from cycloid_profile.contact.bodies._bearing_kernels import CompiledBearing
 from cycloid_profile.contact.laws._kernels import contact_constant
 from cycloid_profile.contact.laws.compiled import CompiledLaw
 from cycloid_profile.contact.stage._kernels import (
@@ -42,7 +42,7 @@ def settle(  # pragma: no cover - compiled, out of the sight of the coverage too
     own: IntArray,
     spring_stretch: FloatArray,
     misfit: FloatArray,
-    bearing_stiffness: float,
+    bearing: CompiledBearing,
     play: float,
     torque: FloatArray,
     arm: FloatArray,
@@ -51,10 +51,7 @@ def settle(  # pragma: no cover - compiled, out of the sight of the coverage too
     overclosure: FloatArray,
     tolerance: FloatArray,
     limits: IntArray,
-    matrix: FloatArray,
-    own_compliance: FloatArray,
-    place: FloatArray,
-    turned: FloatArray,
+    compliance: FloatArray,
     u: FloatArray,
     load: FloatArray,
     foot: FloatArray,
@@ -69,8 +66,8 @@ def settle(  # pragma: no cover - compiled, out of the sight of the coverage too
     ``tooth`` (discs, 6): pins, pin circle radius, eccentricity, K1, lobes and pin radius of the generating motion;
     ``capture`` (poses, discs, pins), capture radius of each pin; ``removal`` (poses, discs, pins, 3),
     value and derivatives at the phase ``about``; ``along`` (poses, unknowns), the motion of all as one;
-    ``matrix``, ``own_compliance``, ``place`` and ``turned`` of elastic discs as in ``fill_compliance``; ``load``
-    (poses, forces) as in ``StageEnergy``; ``tolerance`` (poses,); ``limits``, refreshes and whole steps. The others as
+    ``compliance`` (poses, forces, forces) and ``load`` (poses, forces) of elastic bodies as in ``StageEnergy``;
+    ``tolerance`` (poses,); ``limits``, refreshes and whole steps. The others as
     in ``StageEnergy`` and ``Meshing``.
     """
     poses, discs, pins = gap.shape
@@ -79,9 +76,7 @@ def settle(  # pragma: no cover - compiled, out of the sight of the coverage too
     for p in prange(poses):
         step, work = np.zeros(unknowns), workspace(discs, pins, bearings, unknowns, elastic)
         constant, stretch, still = np.empty((discs, pins)), np.empty((bearings, 2)), np.zeros(unknowns)
-        compliance, receded = np.zeros((load.shape[1], load.shape[1])), np.zeros(load.shape[1])
-        if elastic:
-            fill_compliance(matrix, own_compliance, place[p], turned[p], compliance)
+        receded = np.zeros(load.shape[1])
         sense = 1.0 if torque[p] > 0.0 else -1.0
         settled[p] = False
         for refresh in range(limits[0]):
@@ -107,10 +102,10 @@ def settle(  # pragma: no cover - compiled, out of the sight of the coverage too
                     stretch[s, i] = misfit[p, s, i]
                     for a in range(unknowns):
                         stretch[s, i] += spring_stretch[p, s, i, a] * u[p, a]
-            problem = PoseProblem(law, constant, gap[p], frame[p], own, spring_stretch[p], stretch, bearing_stiffness,
-                                  play, torque[p], u[p, 0], arm, compliance)  # fmt: skip
+            problem = PoseProblem(law, constant, gap[p], frame[p], own, spring_stretch[p], stretch, bearing, play,
+                                  torque[p], u[p, 0], arm, compliance[p])  # fmt: skip
             if elastic:
-                times(compliance, load[p], receded)
+                times(compliance[p], load[p], receded)
             energy_at(problem, still, receded, work.motions[2], work)
             off = imbalance(problem, work.motions[2], load[p], work)
             step[:] = 0.0

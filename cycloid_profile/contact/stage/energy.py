@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
-from cycloid_profile.contact.bodies import SupportModel
+from cycloid_profile.contact.bodies import BearingLaw, SupportModel
 from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.contact.laws import ContactLaw, LineContact, compiled_law, contact_constants
 from cycloid_profile.contact.mesh import Gaps
@@ -46,7 +46,7 @@ class StageEnergy:
 
     ``law`` and ``contact`` of the pins, ``gap`` [mm] and their frames ``normal_x``, ``normal_y``, ``lever``
     [mm], shape (poses, discs, pins); ``disc_unknowns`` and ``spring_stretch`` as in ``SupportModel``;
-    ``stretch`` of the bearings there, shape (poses, bearings, 2) [mm]; ``bearing_stiffness`` [N/mm] and
+    ``stretch`` of the bearings there, shape (poses, bearings, 2) [mm]; their law ``bearing`` and
     ``play``, one or shape (poses, 1) [mm]; ``torque`` shape (poses,) and carrier ``rotation`` there [N·mm, rad];
     ``arm`` as in ``SupportModel``.
 
@@ -64,7 +64,7 @@ class StageEnergy:
     disc_unknowns: IntArray
     spring_stretch: FloatArray
     stretch: FloatArray
-    bearing_stiffness: float
+    bearing: BearingLaw
     play: float | FloatArray
     torque: FloatArray
     rotation: FloatArray
@@ -94,7 +94,7 @@ class StageEnergy:
             disc_unknowns=support.disc_unknowns,
             spring_stretch=support.spring_stretch,
             stretch=support.misfit + np.einsum("psdu,pu->psd", support.spring_stretch, u),
-            bearing_stiffness=support.stiffness,
+            bearing=support.bearing,
             play=support.play,
             torque=torque,
             rotation=u[:, 0],
@@ -105,7 +105,7 @@ class StageEnergy:
 
     def poses(self, which: BoolArray) -> StageEnergy:
         """The energy of the poses that ``which`` selects."""
-        one_for_all = {"law", "contact", "disc_unknowns", "bearing_stiffness", "arm"}
+        one_for_all = {"law", "contact", "disc_unknowns", "bearing", "arm"}
         if not isinstance(self.play, np.ndarray):
             one_for_all.add("play")
         cut = {f.name: getattr(self, f.name)[which] for f in fields(self) if f.name not in one_for_all}
@@ -127,14 +127,13 @@ class StageEnergy:
         )
         stretch = self.stretch + np.einsum("psdu,pu->psd", self.spring_stretch, step) - at_bearings
         length = np.hypot(stretch[..., 0], stretch[..., 1])
-        beyond = np.maximum(length - self.play, 0.0)
-        share = np.where(length > self.play, beyond / np.where(length > 0.0, length, 1.0), 0.0)
-        bearing_force = self.bearing_stiffness * share[..., np.newaxis] * stretch
+        held = self.bearing.response(length, self.play)
+        bearing_force = held.secant[..., np.newaxis] * stretch
         gradient = np.einsum("psdu,psd->pu", self.spring_stretch, bearing_force)
         for j, own in enumerate(self.disc_unknowns):
             gradient[:, own] += on_disc[:, j]
         gradient[:, 0] -= self.torque
-        energy = np.sum(stored, axis=(1, 2)) + 0.5 * self.bearing_stiffness * np.sum(beyond**2, axis=1)
+        energy = np.sum(stored, axis=(1, 2)) + np.sum(held.energy, axis=1)
         energy += 0.5 * np.einsum("pi,pij,pj->p", self.load, self.compliance, self.load)
         energy -= self.torque * (self.rotation + step[:, 0])
         return EnergyPoint(energy, gradient, approach, force, stiffness, receded, stretch, bearing_force)
@@ -185,15 +184,14 @@ class StageEnergy:
     def bearing_tangent(self, point: EnergyPoint) -> FloatArray:
         """Tangent stiffness of each bearing, shape (poses, bearings, 2, 2) [N/mm].
 
-        A bearing has its full stiffness along its stretch, and 1 − play/stretch of it across the stretch.
+        Along its stretch r it is dF/dr, across it F/r.
         """
         length = np.hypot(point.stretch[..., 0], point.stretch[..., 1])
-        pressed = (length > self.play) & (length > 0.0)
-        safe = np.where(pressed, length, 1.0)
-        unit = np.where(pressed[..., np.newaxis], point.stretch, 0.0) / safe[..., np.newaxis]
-        across = np.where(pressed, 1.0 - self.play / safe, np.equal(self.play, 0.0))[..., np.newaxis, np.newaxis]
+        held = self.bearing.response(length, self.play)
+        unit = point.stretch / np.where(length > 0.0, length, 1.0)[..., np.newaxis]
         outer = unit[..., :, np.newaxis] * unit[..., np.newaxis, :]
-        tangent: FloatArray = self.bearing_stiffness * (across * np.eye(2) + (1.0 - across) * outer)
+        along, across = (one[..., np.newaxis, np.newaxis] for one in (held.tangent, held.secant))
+        tangent: FloatArray = across * np.eye(2) + (along - across) * outer
         return tangent
 
     def imbalance(self, point: EnergyPoint) -> FloatArray:
@@ -221,8 +219,8 @@ class StageEnergy:
             own=self.disc_unknowns,
             spring_stretch=np.ascontiguousarray(self.spring_stretch),
             stretch=np.ascontiguousarray(self.stretch),
-            bearing_stiffness=float(self.bearing_stiffness),
-            play=np.ascontiguousarray(np.broadcast_to(np.ravel(self.play), len(self.gap))),
+            bearing=self.bearing.compiled(),
+            play=np.ascontiguousarray(np.broadcast_to(np.ravel(np.float64(self.play)), len(self.gap))),
             torque=np.ascontiguousarray(self.torque),
             rotation=np.ascontiguousarray(self.rotation),
             arm=self.arm,

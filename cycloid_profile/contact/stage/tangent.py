@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray
-from cycloid_profile.contact.bodies import NO_DEVIATIONS, PartDeviations, SupportModel, stage_compliance, support_model
+from cycloid_profile.contact.bodies import NO_DEVIATIONS, PartDeviations, SupportModel, support_model
 from cycloid_profile.contact.mesh import Gaps
 from cycloid_profile.contact.result import LoadSharing
 from cycloid_profile.contact.stage._linear_compliance import solve_linear_compliance
@@ -153,7 +153,8 @@ def energy_about(sharing: LoadSharing, deviations: PartDeviations = NO_DEVIATION
         )
     support = support_model(sharing.case.drive, stage.meshing.crank_angle, deviations)
     # An unloaded pin is out of reach: with the recession of its disc alone, rounding would decide whether it touches.
-    gap = np.where(sharing.force > 0.0, -sharing.approach - sharing.receded, np.inf)
+    receded = sum(sharing.receded_supports.values(), sharing.receded)
+    gap = np.where(sharing.force > 0.0, -sharing.approach - receded, np.inf)
     lever = np.sign(sharing.torque)[:, np.newaxis, np.newaxis] * sharing.lever
     return energy_with(sharing, support, Gaps(gap, stage.foot, stage.normal, lever, sharing.curvature))
 
@@ -165,5 +166,5 @@ def energy_with(sharing: LoadSharing, support: SupportModel, gaps: Gaps) -> Stag
     u[:, 0] = sharing.rotation
     for j, own in enumerate(support.disc_unknowns):
         u[:, own] = sharing.stage.motion[:, j]
-    compliance = stage_compliance(sharing.case.disc_bodies, sharing.stage.meshing)
+    compliance = sharing.case.body_compliance(sharing.stage.meshing)
     return StageEnergy.about(sharing.case, support, gaps, u, sharing.torque, compliance, sharing.load)

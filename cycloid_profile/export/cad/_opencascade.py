@@ -64,7 +64,7 @@ _STYLE = re.compile(
     re.DOTALL,
 )
 _OCCURRENCE = re.compile(r"(NEXT_ASSEMBLY_USAGE_OCCURRENCE\(\s*)'\d+'")
-_CHECKS_PER_SPAN = 9
+_CHECKS_PER_SPAN = 9  # more than the extremes of the error of a cubic span
 
 
 def plate(edge: tuple[SplinePiece, ...] | Contour, openings: Iterable[Contour], low: float, high: float) -> Any:

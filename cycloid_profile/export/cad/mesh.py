@@ -20,10 +20,10 @@ from cycloid_profile.geometry import DiscOutline
 from cycloid_profile.modification import Equidistant, modify
 from cycloid_profile.units import UM
 
-_POINTS_PER_CHORD = 5
+_POINTS_PER_CHORD = 5  # the deviation of a chord is largest in its middle
 # Both formats hold coordinates of 24 bits: half a unit in x and in y at this radius [mm] is the rounding.
 _EPSILON = 2.0**-24
-_DIGITS = 9
+_DIGITS = 9  # distinguish all coordinates of 24 bits
 
 
 @dataclass(frozen=True, slots=True, repr=False)

@@ -12,7 +12,7 @@ from cycloid_profile.arrays import ComplexArray, FloatArray
 from cycloid_profile.contact.mesh import nearest_foot
 from cycloid_profile.geometry import ToothProfile
 
-_TABLE = 4001
+_TABLE = 4001  # start phases of a lobe; Newton refines the feet
 _JOINED = 1e-9  # rad, largest gap between rows that counts as joined
 _NARROW_STEP = 0.3  # rad of the 2π of a lobe
 
@@ -124,7 +124,7 @@ def _from_chord(profile: ToothProfile, pieces: ComplexArray, feet: _Feet, before
 
 
 def _step(profile: ToothProfile, feet: _Feet, before: Any, after: Any) -> FloatArray:
-    """Phase difference of two feet, reduced to half a turn of the disc [rad]."""
+    """Phase difference of two feet, wrapped to ± half a revolution of the disc [rad]."""
     along = 2.0 * math.pi * feet.lobe + feet.phase
     turn = 2.0 * math.pi * profile.trochoid.lobes
     step = along[after] - along[before]

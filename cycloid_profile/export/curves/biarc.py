@@ -13,10 +13,11 @@ from cycloid_profile.export.curves.audit import distances
 from cycloid_profile.export.curves.curve_pieces import Piece, first_lobe, pieces, tolerance_error
 from cycloid_profile.geometry import ToothPoints, ToothProfile, equidistribute
 
-_FINE = 4096
-_CHECKS_PER_ARC = 7
+_FINE = 4096  # table of curvature over a flank
+_CHECKS_PER_ARC = 7  # inside an arc; its ends lie on the curve
+# Biarcs of a flank: the fewest, the first trial, and the limit of a tolerance that cannot be kept.
 _LEAST_COUNT, _FIRST_COUNT, _LARGEST_COUNT = 3, 8, 2000
-_ROUNDS = 7
+_ROUNDS = 7  # relaxations of the nodes towards equal errors
 _RELAXATION = 0.25  # power of an error by which nodes move; the asymptotic 1/3 oscillates
 
 

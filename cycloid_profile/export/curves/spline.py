@@ -18,10 +18,11 @@ from cycloid_profile.export.curves.curve_pieces import Piece, first_lobe, pieces
 from cycloid_profile.geometry import ToothPoints, ToothProfile
 
 FIT_SHARE = 0.8  # of the promised tolerance, used by the fit
-_SPACING_EXPONENT = 0.6
-_FINE = 4096
-_CHECKS_PER_SPAN = 7
-_DECIMALS = 9
+_SPACING_EXPONENT = 0.6  # nodes by |P'|^0.6: between equal phase (0) and equal arc (1), for the fewest spans
+_FINE = 4096  # table over a smooth piece
+_CHECKS_PER_SPAN = 7  # inside a span; its ends lie on the curve
+_DECIMALS = 9  # of coordinates [mm]: rounding of 1e-6 µm
+# Spans of a piece: first trial, growth from trial to trial, and the limit of a tolerance that cannot be kept.
 _FIRST_COUNT, _GROWTH, _LARGEST_COUNT = 8, 1.12, 2000
 
 

@@ -19,10 +19,11 @@ from cycloid_profile.geometry import Contour, Line
 
 VERSION = "R2010"
 _MILLIMETRES = 4
-_TEXT_PER_RADIUS = 1.0 / 30.0
+_TEXT_PER_RADIUS = 1.0 / 30.0  # legible where the whole disc fills a screen
 
 # Strokes and gaps in mm: long dash, gap, short dash, gap.
 LINETYPES = {"CENTRE": (12.0, -2.0, 1.0, -2.0), "DASHED": (4.0, -1.5), "PHANTOM": (12.0, -1.5, 2.0, -1.5, 2.0, -1.5)}
+# Of coordinates [mm], and of bulges, which multiply them.
 _DECIMALS, _BULGE_DECIMALS = 9, 13
 
 

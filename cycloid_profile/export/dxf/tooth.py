@@ -17,7 +17,7 @@ from cycloid_profile.export.writing import SingleFileExporter, WrittenFile, read
 from cycloid_profile.units import UM
 
 _DEGREE = 3  # LibreCAD draws no higher degree
-_POINTS_PER_SPAN, _POINTS_PER_ARC = 7, 9
+_POINTS_PER_SPAN, _POINTS_PER_ARC = 7, 9  # measured when the file is read back
 _CLOSED = 1e-9  # mm
 _ARC_FIT_SHARE = 0.95  # of the tolerance; measured errors place the nodes of arcs, which needs little reserve
 

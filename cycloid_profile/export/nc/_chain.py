@@ -17,7 +17,7 @@ from cycloid_profile.geometry import Arc, Contour
 
 _STRAIGHT = 1e-4  # 1/mm; flatter arcs are written as lines while they stay within the sagitta allowed
 _TANGENT = 1e-6  # rad; smaller corners move a joint by less than the last decimal
-_NEWTON_STEPS = 30
+_NEWTON_STEPS = 30  # a tangent crossing converges slowly
 
 Curve = Callable[[float], tuple[complex, complex]]  # point and derivative by the parameter
 

@@ -22,9 +22,10 @@ from cycloid_profile.export.nc._chain import intersection
 from cycloid_profile.export.nc.wheel import clearance
 from cycloid_profile.geometry import ToothProfile, equidistribute
 
-_FINE = 2048
+_FINE = 2048  # table over a stretch of the path
+# Steps of a stretch: the first trial, growth from trial to trial, and the limit of a tolerance that cannot be kept.
 _FEWEST, _GROWTH, _MOST = 4, 1.03, 20_000
-_CHECKS = (0.2, 0.35, 0.5, 0.65, 0.8)
+_CHECKS = (0.2, 0.35, 0.5, 0.65, 0.8)  # of a step; its ends are exact
 _OVERLAP = 1e-9  # mm, attributed to rounding
 _TANGENT = 1e-6  # rad; a smaller corner counts as smooth, with an error of some 1e-11 mm
 # Nodes and weights of Gauss's rule on [0, 1], for lengths between two steps.

@@ -13,7 +13,7 @@ from cycloid_profile.export.curves import flanks, pieces
 from cycloid_profile.geometry import ToothProfile, least_radii
 
 _GRID = 721  # phases on a smooth part where lobes differ
-_SAMPLES_PER_LOBE = 360
+_SAMPLES_PER_LOBE = 360  # one a degree of phase
 # Of the least concave radius: leaves room at the grooves of a compensated tooth at root and tip.
 DEFAULT_SHARE = 0.8
 # Of the root radius, for teeth without a concave part, which any wheel fits.

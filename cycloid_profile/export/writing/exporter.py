@@ -13,7 +13,7 @@ from cycloid_profile.design import DesignRecord
 from cycloid_profile.errors import ExportError
 from cycloid_profile.export.curves import Deviation
 
-_LONGEST_NAME = 60
+_LONGEST_NAME = 60  # characters, the limit of texts of a spec
 Source = TypeVar("Source", contravariant=True)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -9,13 +10,14 @@ import numpy as np
 from cycloid_profile.contact import LoadSharing, sliding_speed
 from cycloid_profile.design import DesignRecord, output_speed
 from cycloid_profile.plot.style import BLUE, GREEN, ORANGE, SKY, canvas, phase_axis, titled
-from cycloid_profile.units import DEGREE, NEWTON_METRE, UM
+from cycloid_profile.units import ARCMIN, DEGREE, NEWTON_METRE, UM
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_DOTS = 250
+_DOTS = 250  # contacts beyond which dots overlap
 _LINES = (("-", BLUE), ("--", ORANGE), ("-.", GREEN), (":", SKY))
+_PARTS = (("0.75", ""), (BLUE, ""), (SKY, ""), (ORANGE, ""), (GREEN, ""), (BLUE, "//"), (ORANGE, "\\\\"), (GREEN, ".."))
 _PHASE = "phase ψ of the pin [°]"
 
 
@@ -110,6 +112,30 @@ def stage_load(record: DesignRecord, ax: Any = None) -> Any:
         _bearings(bearings, loaded)
         torque = f"all discs at {record.case.torque / NEWTON_METRE:.4g} N·m"
         drawn.title(record.spec.name, f"{torque}, tooth as ground")
+    return drawn.axes
+
+
+def rotation_by_part(results: LoadSharing | Mapping[str, LoadSharing], ax: Any = None) -> Any:
+    """Rotation of the output as a bar of its parts, one bar for each stage under load, means over the poses; one axis.
+
+    Several results are given by name. See ``LoadSharing.rotation_by_part``.
+    """
+    every = {results.solver: results} if isinstance(results, LoadSharing) else results
+    parts = {label: one.rotation_by_part for label, one in every.items()}
+    names = list(dict.fromkeys(name for one in parts.values() for name in one))
+    with canvas(ax, (9.0, 1.6 + 0.45 * len(every))) as drawn:
+        begin = np.zeros(len(parts))
+        for i, name in enumerate(names):
+            width = np.array([float(np.mean(np.abs(one.get(name, 0.0)))) / ARCMIN for one in parts.values()])
+            colour, hatch = _PARTS[i % len(_PARTS)]
+            drawn.axes.barh(
+                list(parts), width, left=begin, color=colour, hatch=hatch, edgecolor="white", label=name, height=0.7
+            )
+            begin += width
+        drawn.axes.invert_yaxis()
+        drawn.axes.set(xlabel="rotation of the output [′]", xlim=(0.0, 1.02 * float(np.max(begin))))
+        drawn.axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.15), ncols=len(names), fontsize="small")
+        drawn.title("", "shares of the parts in the rotation at the torque of the case")
     return drawn.axes
 
 

@@ -15,7 +15,7 @@ from cycloid_profile.units import ARCMIN, ARCSEC, NEWTON_METRE, NM, UM
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_PUBLISHED_STOP = 1e-3
+_PUBLISHED_STOP = 1e-3  # relative change at which the published iteration ends
 
 
 def accuracy(result: DesignRecord | Accuracy, ax: Any = None) -> Any:
@@ -47,7 +47,8 @@ def accuracy(result: DesignRecord | Accuracy, ax: Any = None) -> Any:
         headroom(right, 0.3)
         for axes in drawn.axes:
             axes.legend(loc="upper left", fontsize=9)
-        drawn.title(name, "mesh and bearings only")
+        body = "elastic" if cases[0][2].case.disc_bodies else "rigid"
+        drawn.title(name, f"mesh, crank bearings and {body} discs")
     return drawn.axes
 
 
@@ -73,7 +74,7 @@ def convergence(record: DesignRecord, ax: Any = None) -> Any:
         for sharing, colour, marker in ((record.classical, BLUE, "o"), (record.equilibrium, ORANGE, "s")):
             force = np.array([step[0] for step in sharing.history])
             error = _drawable(np.abs(force / force[-1] - 1.0), 1e-10)
-            label = f"{sharing.solver}: {sharing.iterations} iterations"
+            label = f"{sharing.solver}: {sharing.iterations} iteration{'s' * (sharing.iterations != 1)}"
             look: dict[str, Any] = {"color": colour, "markersize": 5, "linestyle": "-", "linewidth": 1.0}
             left.semilogy(np.arange(1, error.size + 1), error, marker, label=label, **look)
         _stop_line(left, _PUBLISHED_STOP, "published stop, 0.1 %")

@@ -39,14 +39,14 @@ def profile_comparison(record: DesignRecord, ax: Any = None) -> Any:
     if record.compensation is not None:
         curves.append(("with deformation compensation", COMPENSATED, record.profile))
     with style.canvas(ax, (8.0, 7.4), 2, height_ratios=(1.3, 1.0)) as drawn:
-        draw_lobe_image, lobe = drawn.axes
-        draw_lobe_image.plot(psi / DEGREE, np.zeros_like(psi), label="theory", **THEORY)
+        unrolled, lobe = drawn.axes
+        unrolled.plot(psi / DEGREE, np.zeros_like(psi), label="theory", **THEORY)
         for label, look, profile in curves:
-            draw_lobe_image.plot(psi / DEGREE, normal_removal(record, profile, psi) / UM, label=label, **look)
-        style.phase_axis(draw_lobe_image)
-        style.headroom(draw_lobe_image, 0.32)
-        draw_lobe_image.set(ylabel="material removed along the normal [µm]", title="unrolled")
-        draw_lobe_image.legend(loc="upper left")
+            unrolled.plot(psi / DEGREE, normal_removal(record, profile, psi) / UM, label=label, **look)
+        style.phase_axis(unrolled)
+        style.headroom(unrolled, 0.32)
+        unrolled.set(ylabel="material removed along the normal [µm]", title="unrolled")
+        unrolled.legend(loc="upper left")
         _draw_lobe(lobe, record, curves)
         drawn.title(record.spec.name, "tooth against theory")
     return drawn.axes
@@ -101,7 +101,10 @@ def tooth(profile: ToothProfile, ax: Any = None, *, name: str = "") -> Any:
 
 
 def deformation(record: DesignRecord, ax: Any = None) -> Any:
-    """Deformation δ(ψ) = δmax |sinψ| S over one lobe, with the approach of each pin under load; one pair of axes."""
+    """Deformation δ(ψ) = δmax |sinψ| S over one lobe, with that of each loaded pin; one pair of axes.
+
+    The deformation at a pin is the approach of its contact and how far an elastic disc receded there.
+    """
     trochoid, sharing = record.drive.trochoid, record.equilibrium
     applied = record.compensation is not None
     delta_max = record.compensation.delta_max if record.compensation is not None else sharing.delta_max
@@ -114,15 +117,23 @@ def deformation(record: DesignRecord, ax: Any = None) -> Any:
         axes.plot(psi / DEGREE, delta / UM, color=ORANGE, linewidth=1.8, label=label)
         shown = slice(None, None, 4)  # every fourth pose draws the curve well enough
         loaded = sharing.force[shown] > 0.0
-        pins, approach = sharing.phase[shown][loaded] / DEGREE, sharing.approach[shown][loaded] / UM
-        label = "approach of the loaded pins, poses of a mesh cycle"
-        axes.plot(pins, approach, ".", color=BLUE, markersize=4, label=label)
+        pins, approach, receded = (
+            values[shown][loaded] for values in (sharing.phase, sharing.approach, sharing.receded)
+        )
+        parts = [("approach of the loaded pins, poses of a mesh cycle", approach, BLUE)]
+        if np.any(receded):
+            parts = [
+                ("loaded pins, poses of a mesh cycle", approach + receded, BLUE),
+                ("of it contact", approach, GREY),
+            ]
+        for label, part, colour in parts:
+            axes.plot(pins / DEGREE, part / UM, ".", color=colour, markersize=4, label=label)
         for side in (-1.0, 1.0):
             axes.axvline(side * psi0 / DEGREE, color=GREY, linewidth=0.9, linestyle=":")
         text = f"δmax = {delta_max / UM:.3f} µm at ψ0 = {psi0 / DEGREE:.2f}°"
         style.note(axes, text, (-psi0 / DEGREE, delta_max / UM), (0, 6), ha="center")
         style.phase_axis(axes)
-        axes.set_ylim(0.0, 1.38 * delta_max / UM)
+        axes.set_ylim(0.0, 1.42 * max(delta_max, float(np.max(approach + receded, initial=0.0))) / UM)
         axes.set_ylabel("deformation along the normal [µm]")
         axes.set_title(style.titled(record.spec.name, f"deformation at {record.case.torque / NEWTON_METRE:.4g} N·m"))
         axes.legend(loc="upper right")

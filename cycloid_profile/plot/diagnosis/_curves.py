@@ -11,13 +11,14 @@ from cycloid_profile.diagnosis import Diagnosis, FileGap, nuisance_fitted
 from cycloid_profile.measurement import LOST_MOTION_MAP
 from cycloid_profile.plot.diagnosis import _marks as marks
 from cycloid_profile.plot.measured import turn_ticks, widened
-from cycloid_profile.plot.style import BLUE, GREY, ORANGE, headroom, new_figure
+from cycloid_profile.plot.style import BLUE, GREY, ORANGE, headroom, new_figure, patch_mark
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_WINDOW_WAVES = 4  # waves of the pins in the readable window
+_WINDOW_WAVES = 4  # waves of the pins in the readable window: each is drawn about an inch wide
+_WINDOW: dict[str, Any] = {"color": GREY, "alpha": 0.25, "linewidth": 0}
 
 
 def loop_gap(diagnosis: Diagnosis, gap: FileGap) -> tuple[Figure, str]:
@@ -32,13 +33,13 @@ def loop_gap(diagnosis: Diagnosis, gap: FileGap) -> tuple[Figure, str]:
     for column, (title, residuals) in enumerate(shown):
         top, bottom = axes[0, column], axes[1, column]
         difference = nuisance_fitted(residuals)
-        x, y = _with_gaps(recording.rows, angle - difference, torque)
+        x, y = marks.with_gaps(recording.rows, angle - difference, torque)
         top.plot(angle, torque, ".", color=BLUE, markersize=4.0, label="measured")
         top.plot(x, y, color=ORANGE, linewidth=1.3, label="predicted")
         top.set(xlabel="angle [′]", ylabel="torque [N·m]")
         top.set_title(title, fontsize=10)
         top.legend(loc="upper left")
-        marks.draw_residual(bottom, number, difference, gap)
+        marks.draw_file_residual(bottom, number, difference, gap)
         for finding in marks.significant(diagnosis, gap, "row") if residuals is gap.before else []:
             rows = recording.rows[np.clip([int(finding.start), int(finding.end)], 0, recording.rows.size - 1)] + 1.0
             marks.outline_span(bottom, float(rows[0]), float(rows[1]))
@@ -49,12 +50,6 @@ def loop_gap(diagnosis: Diagnosis, gap: FileGap) -> tuple[Figure, str]:
     outlined = bool(marks.significant(diagnosis, gap, "row"))
     marks.legend(figure, [*marks.curve_marks(), *marks.row_marks(gap, outlined)])
     return figure, "the loop with its prediction, and measured minus predicted row by row; mind the scales."
-
-
-def _with_gaps(rows: np.ndarray, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """A path, interrupted where rows of the file are excluded."""
-    gaps = np.flatnonzero(np.diff(rows) > 1) + 1
-    return np.insert(x, gaps, np.nan), np.insert(y, gaps, np.nan)
 
 
 def turn_gap(diagnosis: Diagnosis, gap: FileGap) -> tuple[Figure, str]:
@@ -79,7 +74,7 @@ def turn_gap(diagnosis: Diagnosis, gap: FileGap) -> tuple[Figure, str]:
         _close(close, title, angle, value, value - difference, window)
         for ax in (turns[column], close):
             ax.set(xlabel="output angle [°]", ylabel=quantity)
-        marks.draw_residual(rest, angle, difference, gap)
+        marks.draw_file_residual(rest, angle, difference, gap)
         for finding in places if column == 0 else []:
             marks.outline_span(rest, finding.start, finding.end)
         rest.set_xlabel("output angle [°]")
@@ -89,7 +84,8 @@ def turn_gap(diagnosis: Diagnosis, gap: FileGap) -> tuple[Figure, str]:
     if recording.kind is LOST_MOTION_MAP:
         widened(turns[0], 0.5, 0.05 * abs(float(np.mean(value))))
     marks.draw_orders(spectra, diagnosis, gap, angle, differences)
-    handles = [*marks.curve_marks(), *marks.row_marks(gap, bool(places)), *marks.order_marks(diagnosis)]
+    curves = [*marks.curve_marks(), patch_mark("window below", **_WINDOW)]
+    handles = [*curves, *marks.row_marks(gap, bool(places)), *marks.order_marks(diagnosis)]
     marks.legend(figure, handles)
     return figure, (
         "measured and predicted, measured minus predicted, and its orders per turn of the output. "
@@ -102,8 +98,8 @@ def _turn(
 ) -> None:
     ax.plot(angle, value, color=BLUE, linewidth=0.6, label="measured")
     ax.plot(angle, predicted, color=ORANGE, linewidth=0.6, linestyle="--", label="predicted")
-    ax.axvspan(*window, color=GREY, alpha=0.25, linewidth=0)
-    ax.set_title(f"{title}: the turn (grey: window below)", fontsize=10)
+    ax.axvspan(*window, **_WINDOW)
+    ax.set_title(f"{title}: the turn", fontsize=10)
     ax.set_xlim(float(angle[0]), float(angle[-1]))
 
 

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cycloid_profile.arrays import FloatArray
+from cycloid_profile import _display
+from cycloid_profile.arrays import FloatArray, IntArray
 from cycloid_profile.diagnosis import Diagnosis, FileGap, Finding, Residuals
-from cycloid_profile.plot.measured import folded_order, order_label
-from cycloid_profile.plot.style import BLACK, BLUE, GREEN, ORANGE, SKY, line_mark, note, patch_mark
+from cycloid_profile.plot.measured import draw_residual, folded_order, noise_mark, order_label
+from cycloid_profile.plot.style import BLACK, BLUE, GREEN, ORANGE, line_mark, note, patch_mark
 from cycloid_profile.units import SIGNS
 
 if TYPE_CHECKING:
@@ -19,8 +20,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_LABELLED_ORDERS = 5
+_LABELLED_ORDERS = 5  # upright names of more would overlap
 _LOW_ORDERS = 6.5  # times the number of pins
+_MARK_WIDTH = 1.8  # inch; the longest mark with its line
 HELD: dict[str, Any] = {"color": GREEN, "linewidth": 2.5, "solid_capstyle": "butt"}
 OUTLINE: dict[str, Any] = {"facecolor": "none", "edgecolor": BLACK, "linewidth": 1.3}
 
@@ -32,8 +34,8 @@ def unit(gap: FileGap) -> str:
 
 def with_unit(value: float, gap: FileGap) -> str:
     """Three figures with the unit; no space before signs of angles."""
-    sign = unit(gap)
-    return f"{value:#.3g}{sign}" if sign in "′″" else f"{value:#.3g} {sign}"
+    # The alternate format keeps trailing zeros, and a point that a whole number does not need.
+    return _display.with_unit(f"{value:#.3g}".rstrip("."), unit(gap))
 
 
 def before_and_after(diagnosis: Diagnosis, gap: FileGap) -> list[tuple[str, Residuals]]:
@@ -62,20 +64,21 @@ def row_marks(gap: FileGap, outlined: bool) -> list[Artist]:
 
 
 def legend(figure: Figure, handles: Sequence[Artist]) -> None:
-    """One legend of the marks below the figure."""
-    columns = len(handles) if len(handles) <= 6 else math.ceil(len(handles) / 2)
+    """One legend of the marks below the figure, in as many lines as its width needs."""
+    lines = math.ceil(len(handles) * _MARK_WIDTH / figure.get_figwidth())
+    columns = math.ceil(len(handles) / lines)
     figure.legend(handles=handles, loc="outside lower center", ncols=columns, fontsize=9)
 
 
-def draw_residual(ax: Axes, x: FloatArray, residual: FloatArray, gap: FileGap) -> None:
-    """Residual over ``x``, shape (rows,), on a band of ±2σ of the noise."""
-    ax.axhspan(-2.0 * gap.noise, 2.0 * gap.noise, color=SKY, alpha=0.35, linewidth=0)
-    ax.plot(x, residual, color=BLUE, linewidth=0.7)
-    ax.set_ylabel(f"measured − predicted [{unit(gap)}]")
-    low, high = float(np.min(x)), float(np.max(x))
-    ax.set_xlim(low - 0.01 * (high - low), high + 0.01 * (high - low))
-    half = 1.15 * max(float(np.nanmax(np.abs(residual))), 2.5 * gap.noise)
-    ax.set_ylim(-half, half)
+def with_gaps(rows: IntArray, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """A path, interrupted where rows of the file are excluded."""
+    gaps = np.flatnonzero(np.diff(rows) > 1) + 1
+    return np.insert(x, gaps, np.nan), np.insert(y, gaps, np.nan)
+
+
+def draw_file_residual(ax: Axes, x: FloatArray, residual: FloatArray, gap: FileGap) -> None:
+    """Residual of a file over ``x``, shape (rows,), with its noise and held-out rows."""
+    draw_residual(ax, *with_gaps(gap.recording.rows, x, residual), gap.noise, unit(gap))
     held = gap.recording.held_out
     if not np.all(held):
         ax.plot(x, np.where(held, 0.012, np.nan), transform=ax.get_xaxis_transform(), **HELD)
@@ -91,7 +94,7 @@ def outline_span(ax: Axes, start: float, end: float) -> None:
 def curve_marks() -> list[Artist]:
     """Legend of measured, predicted and noise."""
     lines = [line_mark("measured", color=BLUE), line_mark("predicted", color=ORANGE)]
-    return [*lines, patch_mark("± 2σ of the noise", color=SKY, alpha=0.35)]
+    return [*lines, noise_mark()]
 
 
 def draw_orders(

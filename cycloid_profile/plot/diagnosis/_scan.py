@@ -10,18 +10,21 @@ import numpy as np
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.diagnosis import Diagnosis, FileGap, Residuals, nuisance_fitted
 from cycloid_profile.plot.diagnosis import _marks as marks
-from cycloid_profile.plot.measured import cell_means, draw_deviation_rings, draw_lobe_image
-from cycloid_profile.plot.style import BLUE, GREEN, GREY, SKY, line_mark, new_figure, patch_mark, round_up
+from cycloid_profile.plot.measured import (
+    cell_means,
+    cells_of_a_lobe,
+    draw_deviation_rings,
+    draw_lobe_image,
+    no_points_marks,
+)
+from cycloid_profile.plot.style import BLUE, GREEN, GREY, SKY, line_mark, new_figure, round_up
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_ROWS_PER_CELL = 4
 _NOISE_FLOOR = 5.0  # standard deviations of a cell that are the least full colour, so that noise looks pale
-_COARSEST, _FINEST = 12, 60  # cells of a lobe
-_MISSING = "#BDBDBD"
 _STEPS = (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)  # of the colour scale
 _SMOOTHED = 12  # parts of a lobe that the line round the disc averages over
 
@@ -31,7 +34,7 @@ def scan_gap(diagnosis: Diagnosis, gap: FileGap) -> tuple[Figure, str]:
     shown = marks.before_and_after(diagnosis, gap)
     lobes = diagnosis.reducer.case.drive.trochoid.lobes
     per_lobe = gap.recording.rows.size / np.unique(gap.before.lobe).size
-    cells = int(np.clip(per_lobe / _ROWS_PER_CELL, _COARSEST, _FINEST))
+    cells = cells_of_a_lobe(per_lobe)
     outside = [-nuisance_fitted(residuals) for _, residuals in shown]
     maps = []
     for (_, residuals), values in zip(shown, outside, strict=True):
@@ -52,7 +55,6 @@ def scan_gap(diagnosis: Diagnosis, gap: FileGap) -> tuple[Figure, str]:
         ring.set_title(f"{title}\ndeviation magnified {magnified:,.0f} times", fontsize=10)
         ax = figure.add_subplot(1 + both, 2, column + 1 + both)
         drawn = draw_lobe_image(ax, mean, scale, 180.0, interpolation="nearest")
-        ax.set_facecolor(_MISSING)
         ax.set(xlabel="phase ψ [°] (0 root, ±180 tip)", ylabel="lobe [number]", xticks=range(-180, 181, 60))
         _mark_held_out_rows(ax, residuals)
         if residuals is gap.before:
@@ -61,9 +63,8 @@ def scan_gap(diagnosis: Diagnosis, gap: FileGap) -> tuple[Figure, str]:
         flat.append(ax)
     bar = figure.colorbar(drawn, ax=flat, label="outwards of the prediction [µm]", pad=0.015, aspect=28)
     bar.ax.set_label("<colorbar>")
-    missing = bool(np.any(np.all(np.isnan(maps[0]), axis=1)))
     outlined = bool(marks.significant(diagnosis, gap, "lobe") or marks.significant(diagnosis, gap, "psi_deg"))
-    marks.legend(figure, [*_scan_legend(missing), *marks.row_marks(gap, outlined)])
+    marks.legend(figure, [*_point_marks(), *no_points_marks(np.stack(maps)), *marks.row_marks(gap, outlined)])
     caption = (
         f"deviation of the scanned flank from the prediction, ±{scale:g} µm; "
         "round the disc and unrolled, lobe over phase. Red is excess material, blue is missing material."
@@ -71,11 +72,10 @@ def scan_gap(diagnosis: Diagnosis, gap: FileGap) -> tuple[Figure, str]:
     return figure, caption
 
 
-def _scan_legend(missing: bool) -> list[Artist]:
-    """Legend entries of the points, and of lobes that were not scanned."""
+def _point_marks() -> list[Artist]:
+    """Legend entries of the points and of their mean."""
     points = line_mark("points", color=SKY, marker=".", linestyle="")
-    handles = [points, line_mark(f"mean over 1/{_SMOOTHED} of a lobe", color=BLUE)]
-    return [*handles, patch_mark("not scanned", color=_MISSING)] if missing else handles
+    return [points, line_mark(f"mean over 1/{_SMOOTHED} of a lobe", color=BLUE)]
 
 
 def _ring(ax: Any, residuals: Residuals, outside: FloatArray, scale: float, per_lobe: float) -> None:
@@ -94,9 +94,6 @@ def _ring(ax: Any, residuals: Residuals, outside: FloatArray, scale: float, per_
     held = np.where(residuals.recording.held_out[order], 1.58 * scale, np.nan)
     ax.plot(np.insert(angle, gaps, np.nan), np.insert(held, gaps, np.nan), **marks.HELD)
     draw_deviation_rings(ax, scale, 1.7, f"{scale:g}")
-    ax.set_rlabel_position(112.5)
-    for label in ax.get_yticklabels():
-        label.set_bbox({"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.5})
     ax.set_xlabel("polar angle [°]", fontsize=9)
     ax.tick_params(axis="x", labelsize=8)
 

@@ -10,6 +10,7 @@ import numpy as np
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.correction import Correction, ExpectedScan
 from cycloid_profile.plot import style
+from cycloid_profile.plot.measured import draw_deviation_rings
 from cycloid_profile.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY
 from cycloid_profile.units import DEGREE, UM
 
@@ -49,8 +50,7 @@ def _round_disc(ax: PolarAxes, result: Correction) -> None:
     scale = style.round_up(float(np.max(np.abs(outside), initial=0.05)))
     ax.plot(angle, np.zeros_like(angle), color=GREY, linewidth=0.8)
     ax.plot(angle, outside, color=BLUE, linewidth=0.8)
-    ax.set_ylim(-3.0 * scale, 1.2 * scale)
-    ax.set_yticks([-scale, 0.0, scale], [f"−{scale:g}", "0", f"+{scale:g} µm"], fontsize=8)
+    draw_deviation_rings(ax, scale, 1.2, f"{scale:g}")
     ax.set_title("program outwards of the drawing", fontsize=10)
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cycloid_profile.diagnosis import Diagnosis, FileGap, Visibility
+from cycloid_profile.diagnosis import Detectability, Diagnosis, FileGap
 from cycloid_profile.effects import EFFECTS, parameters
 from cycloid_profile.measurement import HYSTERESIS, PROFILE_SCAN
 from cycloid_profile.plot.diagnosis._curves import loop_gap, turn_gap
@@ -130,7 +130,7 @@ def pictures(diagnosis: Diagnosis, name: str) -> list[Picture]:
     return drawn
 
 
-def measurement_plan(rows: Sequence[Visibility], ax: Any = None, *, name: str = "") -> Any:
+def measurement_plan(rows: Sequence[Detectability], ax: Any = None, *, name: str = "") -> Any:
     """Detectable and identifiable size of each effect by each measurement, over its tolerance; two axes."""
     effects = list(dict.fromkeys(row.effect for row in rows))
     files = list(dict.fromkeys(row.measurements for row in rows))
@@ -159,7 +159,7 @@ def measurement_plan(rows: Sequence[Visibility], ax: Any = None, *, name: str = 
     return drawn.axes
 
 
-def _tolerance(row: Visibility) -> float:
+def _tolerance(row: Detectability) -> float:
     """Tolerance in the unit of the coordinate; for ``series_compliance`` that is the reciprocal stiffness."""
     size = next(p for p in parameters(EFFECTS[row.effect]) if p.name == row.size)
     tolerance = float(size.tolerance or 1.0)

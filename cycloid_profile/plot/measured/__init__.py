@@ -6,9 +6,13 @@ from cycloid_profile.plot.measured.measured import measurement as measurement
 from cycloid_profile.plot.measured.measured import measurement_residual as measurement_residual
 from cycloid_profile.plot.measured.measured import transmission_error as transmission_error
 from cycloid_profile.plot.measured.panels import cell_means as cell_means
+from cycloid_profile.plot.measured.panels import cells_of_a_lobe as cells_of_a_lobe
 from cycloid_profile.plot.measured.panels import draw_deviation_rings as draw_deviation_rings
 from cycloid_profile.plot.measured.panels import draw_lobe_image as draw_lobe_image
+from cycloid_profile.plot.measured.panels import draw_residual as draw_residual
 from cycloid_profile.plot.measured.panels import folded_order as folded_order
+from cycloid_profile.plot.measured.panels import no_points_marks as no_points_marks
+from cycloid_profile.plot.measured.panels import noise_mark as noise_mark
 from cycloid_profile.plot.measured.panels import order_label as order_label
 from cycloid_profile.plot.measured.panels import turn_ticks as turn_ticks
 from cycloid_profile.plot.measured.panels import widened as widened

@@ -7,18 +7,24 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cycloid_profile.arrays import FloatArray
+from cycloid_profile._display import with_unit
+from cycloid_profile.arrays import FloatArray, IntArray
 from cycloid_profile.effects import AsBuiltReducer
+from cycloid_profile.geometry import ToothProfile
 from cycloid_profile.measurement import HYSTERESIS, LOST_MOTION_MAP, TRANSMISSION_ERROR, Measurement, scanned_disc
 from cycloid_profile.plot.measured.panels import (
     cell_means,
+    cells_of_a_lobe,
     draw_deviation_rings,
     draw_lobe_image,
+    draw_residual,
+    no_points_marks,
+    noise_mark,
     order_label,
     turn_ticks,
     widened,
 )
-from cycloid_profile.plot.style import BLUE, GREEN, GREY, ORANGE, SKY, canvas, note, plain
+from cycloid_profile.plot.style import BLUE, GREEN, GREY, ORANGE, canvas, line_mark, note, phase_axis, plain
 from cycloid_profile.rig import (
     LOST_MOTION_SHARE,
     AngleMap,
@@ -35,9 +41,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _NO_ORDER = 1e-6  # ″
-_LABELLED_ORDERS = 6
+_LABELLED_ORDERS = 6  # names of more would overlap
+_PHASES_OF_A_LOBE = 721  # a table every half degree, far finer than a cell of the map
 _LABEL_LEFT_FROM = 0.85  # part of the axis beyond which a label would leave the picture to the right
-_CELLS = 60  # of a lobe
 
 
 def measurement(result: Measurement, ax: Any = None, *, reducer: AsBuiltReducer | None = None, name: str = "") -> Any:
@@ -71,18 +77,20 @@ def measurement(result: Measurement, ax: Any = None, *, reducer: AsBuiltReducer 
 def measurement_residual(result: MeasurementResidual, ax: Any = None, *, name: str = "") -> Any:
     """Measured minus predicted, compared with the noise; one pair of axes, or two of a scan, the first polar."""
     unit = SIGNS[result.unit]
+    rms, noise = (with_unit(f"{value:.3g}", unit) for value in (result.rms, result.noise))
     file = f"{plain(name)}, {plain(result.measurement.name)}" if name else plain(result.measurement.name)
-    heading = f"{file}: gap {result.rms:.3g} {unit} rms, noise {result.noise:.3g} {unit}"
+    heading = f"{file}: gap {rms} rms, noise {noise}"
     if not result.measurement.kind.is_curve:
         return _scan(result, "prediction", ax, "", heading)
     with canvas(ax, (9.0, 4.6)) as drawn:
         axes = drawn.axes
-        axes.plot(result.position, result.residual, color=BLUE, linewidth=0.9)
-        axes.axhspan(-2.0 * result.noise, 2.0 * result.noise, color=SKY, alpha=0.3, label="± 2σ of the noise")
-        axes.set(xlabel=result.axis, ylabel=f"measured minus predicted [{unit}]")
-        axes.set_xlim(float(result.position[0]), float(result.position[-1]))
-        axes.legend(loc="upper right")
+        draw_residual(axes, result.position, result.residual, result.noise, unit)
+        axes.set_xlabel(result.axis)
+        if result.measurement.kind.over_output_turn:
+            turn_ticks(axes)
         drawn.title("", heading)
+        handles = [line_mark("measured minus predicted", color=BLUE), noise_mark()]
+        drawn.legend(len(handles), handles=handles, fontsize=9)
     return axes
 
 
@@ -206,17 +214,31 @@ def _scan(found: MeasurementResidual, reference: str, ax: Any, name: str, headin
     order = np.argsort(angle)
     scale = max(4.0 * float(np.std(outside)), 3.0 * found.noise, 1e-3)
     lobes = found.reducer.case.drive.trochoid.lobes
-    turned = -angle * lobes / (2.0 * np.pi)
-    lobe = np.round(turned)
+    number, part = _lobe_and_part(found.reducer.case.profile, angle)
     with canvas(ax, (11.0, 5.6), 1, 2, polar=(0,)) as drawn:
         left, right = drawn.axes
         left.plot(angle[order], np.zeros(order.size), color=GREY, linewidth=0.8)
         left.plot(angle[order], outside[order], color=BLUE, linewidth=0.6)
         draw_deviation_rings(left, scale, 1.2, f"{scale:.2g}")
         left.set_title(f"outwards of the {reference}", fontsize=10)
-        mean = cell_means(np.mod(lobe, lobes).astype(int), turned - lobe + 0.5, outside, lobes, _CELLS)
-        image = draw_lobe_image(right, mean, scale, 0.5)
-        right.set(xlabel="part of a lobe (0 root, ±0.5 tip)", ylabel="lobe", title="unrolled")
+        cells = cells_of_a_lobe(angle.size / np.unique(number).size)
+        mean = cell_means(number, part, outside, lobes, cells)
+        image = draw_lobe_image(right, mean, scale, 180.0, interpolation="nearest")
+        phase_axis(right)
+        right.set(ylabel="lobe [number]", title="unrolled")
         drawn.figure.colorbar(image, ax=right, label="outwards [µm]")
+        if handles := no_points_marks(mean):
+            right.legend(handles=handles, loc="upper right", fontsize=8, frameon=True)
         drawn.title(name, heading)
     return drawn.axes
+
+
+def _lobe_and_part(profile: ToothProfile, angle: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Lobe from 0 and part of it in phase ψ, 0 and 1 at the tips, of the points of a tooth at polar angles [rad]."""
+    lobes = profile.trochoid.lobes
+    # Lobes follow each other clockwise, the first with its root at angle 0.
+    turned = -angle * lobes / (2.0 * np.pi)
+    lobe = np.round(turned)
+    psi = np.linspace(-np.pi, np.pi, _PHASES_OF_A_LOBE)
+    along = -np.angle(profile.at(psi).position) * lobes / (2.0 * np.pi)
+    return np.mod(lobe, lobes).astype(np.intp), np.interp(turned - lobe, along, psi / (2.0 * np.pi) + 0.5)

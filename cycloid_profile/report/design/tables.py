@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from cycloid_profile._display import FigureRow, figure_text
 from cycloid_profile.articles import PlainTable
 from cycloid_profile.design import ACCURACY, AS_BUILT, CheckStatus
+from cycloid_profile.export import exporter_for
+from cycloid_profile.spec.model import Spec
 
 LOAD = (
     FigureRow("max_force_n", "largest pin force", "N"),
@@ -16,6 +19,12 @@ LOAD = (
     FigureRow("loaded_pins", "loaded pins"),
     FigureRow("max_pressure_mpa", "peak pressure", "MPa"),
     FigureRow("iterations", "iterations", report_only=True),
+)
+COMPENSATION = (
+    FigureRow("delta_max_um", "deformation δmax added to the tooth", "µm"),
+    FigureRow("delta_max_least_um", "least δmax of the poses", "µm"),
+    FigureRow("delta_max_largest_um", "largest δmax of the poses", "µm"),
+    FigureRow("backlash_change_arcmin", "change of the backlash", "′"),
 )
 STAGE = (
     FigureRow("max_force_n", "largest pin force", "N"),
@@ -26,9 +35,12 @@ STAGE = (
     FigureRow("fewest_loaded_pins", "fewest loaded pins of a disc"),
     FigureRow("twist_arcmin", "twist beyond first contact", "′", report_only=True),
     FigureRow("max_bearing_force_n", "largest crank bearing force", "N"),
+    FigureRow("crank_bearing_clearance_um", "radial clearance of a crank bearing", "µm"),
+    FigureRow("crank_bearing_stiffness_n_per_mm", "radial stiffness of a crank bearing at it", "N/mm"),
     FigureRow("torsional_stiffness_nm_per_arcmin", "tangent torsional stiffness", "N·m/′"),
     FigureRow("max_sliding_speed_mm_per_s", "fastest sliding of a loaded pin", "mm/s"),
 )
+_MEASURED_FILE = ("tolerance_um", "deviation_um")
 LOSS_CASES = ("low", "likely", "high")
 LOSSES = (
     FigureRow("friction_coefficient", "friction of tooth and pin"),
@@ -64,16 +76,46 @@ GEOMETRY = (
 
 
 def terminal_tables(figures: Mapping[str, Any], loads: bool = False) -> list[PlainTable]:
-    """Accuracy, load on the conventional tooth if ``loads``, stage, losses, strength, reducer with any effects."""
+    """Accuracy, load on the conventional tooth and compensation if ``loads``, stage, losses, strength, reducer with
+    any effects.
+    """
     found = [_table(f"{figures['name']}: accuracy", ACCURACY, figures, ("conventional", "compensated"))]
     if loads:
         found.append(_table("load on the conventional tooth", LOAD, figures, ("classical", "equilibrium")))
+        if figures["compensation"]["applied"]:
+            found.append(_table("deformation compensation", COMPENSATION, figures, ("compensation",)))
     found.append(_table("whole stage, final tooth, rated torque", STAGE, figures, ("under_load",)))
     found.append(_losses_table(figures))
     found.append(_strength_table(figures))
     if figures["as_built"]:
         found.append(_table(f"as built, with {', '.join(figures['effects'])}", AS_BUILT, figures, ("as_built",)))
     return found
+
+
+def drive_table(drives: Mapping[str, Spec]) -> PlainTable:
+    """Drives of the catalogue by name."""
+    head = ("drive", "pins", "pin circle radius [mm]", "eccentricity [mm]", "rated torque [N·m]", "assumed keys")
+    rows = tuple(
+        (name, str(spec.drive.pins), f"{spec.drive.pin_circle_radius_mm:g}", f"{spec.drive.eccentricity_mm:g}",
+         f"{spec.load.rated_torque_nm:g}", str(len(spec.source.assumed)))
+        for name, spec in drives.items()
+    )  # fmt: skip
+    return PlainTable("catalogue", head, rows)
+
+
+def planned_files_table(formats: Sequence[str], folder: Path) -> PlainTable:
+    """Files that an export of ``formats`` would write into ``folder``."""
+    rows = tuple((str(folder / file), name) for name in formats for file in exporter_for(name).filenames)
+    return PlainTable("would be written", ("file", "format"), rows)
+
+
+def written_files_table(entries: Sequence[Mapping[str, Any]], folder: Path) -> PlainTable:
+    """Manifest ``entries`` of files in ``folder``, with promised tolerance and measured deviation."""
+    rows = tuple(
+        (str(folder / one["path"]), f"{one['bytes']:,}", *(figure_text(one[key]) for key in _MEASURED_FILE))
+        for one in entries
+    )
+    return PlainTable("written", ("file", "bytes", "tolerance [µm]", "measured [µm]"), rows)
 
 
 def warnings(figures: Mapping[str, Any]) -> list[str]:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from cycloid_profile import plot
 from cycloid_profile._display import with_unit
-from cycloid_profile.diagnosis import Diagnosis, NamedEffect, Visibility, effect_tables
+from cycloid_profile.diagnosis import Detectability, Diagnosis, NamedEffect, effect_tables
 from cycloid_profile.diagnosis import diagnosis_to_json as diagnosis_json
 from cycloid_profile.effects import EFFECTS, parameters
 from cycloid_profile.errors import CycloidError
@@ -55,12 +55,12 @@ def write_diagnosis(
         write_text(scratch / REPORT, diagnosis_report(diagnosis, name, plots, drawn, new_spec))
         write_text(scratch / "diagnosis.json", json_text(diagnosis_json(diagnosis, name)))
         if new_spec is not None:
-            grown = with_effects(spec.read_text(encoding="utf-8-sig"), effect_tables(diagnosis, files))
+            grown = spec_with_effects(spec.read_text(encoding="utf-8-sig"), effect_tables(diagnosis, files))
             write_text(scratch / new_spec, grown)
     return WrittenDiagnosis(folder / REPORT, None if new_spec is None else folder / new_spec)
 
 
-def save_plan_plot(rows: Sequence[Visibility], name: str, folder: Path) -> Path:
+def save_plan_plot(rows: Sequence[Detectability], name: str, folder: Path) -> Path:
     """Draw the smallest size of each effect by measurement; returns the path of the PNG file."""
     with atomic_folder(folder) as scratch:
         save_png(plot.measurement_plan(rows, name=name), scratch / "plan.png")
@@ -73,7 +73,7 @@ def write_json(file: Path, values: Mapping[str, Any]) -> None:
         write_text(scratch / file.name, json_text(values))
 
 
-def with_effects(spec_text: str, tables: list[dict[str, object]]) -> str:
+def spec_with_effects(spec_text: str, tables: list[dict[str, object]]) -> str:
     """The text of a spec file with ``[[effects]]`` added at its end and nothing else changed."""
     import tomli_w
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from cycloid_profile.articles import PlainTable
-from cycloid_profile.diagnosis import Visibility, detectable_text, p_value_text
+from cycloid_profile.diagnosis import Detectability, detectable_text, p_value_text
 from cycloid_profile.units import SIGNS
 
 VERDICTS = {
@@ -15,7 +15,7 @@ VERDICTS = {
     "effects_found": "the missing effect has been found",
     "unknown_effect": "the difference is not in the library of effects",
 }
-_MOST_PLACES = 8
+_MOST_PLACES = 8  # rows of the table on one screen
 
 
 def diagnosis_tables(values: Mapping[str, Any]) -> Iterator[PlainTable]:
@@ -46,7 +46,7 @@ def diagnosis_tables(values: Mapping[str, Any]) -> Iterator[PlainTable]:
         yield PlainTable("smallest detectable size of each effect", ("effect", "size"), unseen)
 
 
-def plan_tables(rows: Sequence[Visibility], name: str) -> Iterator[PlainTable]:
+def plan_tables(rows: Sequence[Detectability], name: str) -> Iterator[PlainTable]:
     """Smallest size of each effect that each measurement detects, and that it identifies."""
     measurements = list(dict.fromkeys(row.measurements for row in rows))
     cells = {(row.effect, row.measurements): row for row in rows}
@@ -116,8 +116,8 @@ def _with_unit_symbol(size: str) -> str:
     return f"{number} {SIGNS[unit]}" if unit in SIGNS else size
 
 
-def _smallest(one: Visibility, size: float) -> str:
+def _smallest(one: Detectability, size: float) -> str:
     """A detectable or identifiable ``size``, else the effect it is confused with; a dash where undetectable."""
     if math.isinf(one.detectable):
         return "–"
-    return f"as {one.rival}" if math.isinf(size) else detectable_text(size, one.size, symbols=True)
+    return f"as {one.most_similar}" if math.isinf(size) else detectable_text(size, one.size, symbols=True)

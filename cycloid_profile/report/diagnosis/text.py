@@ -13,9 +13,9 @@ from cycloid_profile.units import SIGNS, sign_of
 
 # Parameters that say which part has the effect.
 PARTS = ("disc", "crank", "form", "lobe", "first_lobe", "pin", "planet", "flank")
-_LEAST_P = 1e-300
+_LEAST_P = 1e-300  # smaller ones are zero in double precision
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-_UNCERTAINTY_FIGURES = 2
+_UNCERTAINTY_FIGURES = 2  # GUM, 7.2.6
 
 
 def minus(number: str) -> str:
@@ -80,7 +80,7 @@ def size_text(one: SizedEffect) -> str:
 
 def remedy_of(kind: type[Effect]) -> str:
     """The remedy in the description of an effect; empty where there is none."""
-    return kind.cure
+    return kind.remedy
 
 
 def meaning_of(kind: type[Effect]) -> str:

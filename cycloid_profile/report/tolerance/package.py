@@ -15,9 +15,13 @@ from cycloid_profile.articles import (
     DifferenceSetup,
     PlainTable,
     budget_from_geometry,
+    budget_remarks,
     budget_table,
+    disc_name,
     formula_table,
+    method_table,
     printed_errors,
+    range_table,
     sensitivities,
 )
 from cycloid_profile.articles import sensitivity_table as published_sensitivity_table
@@ -156,7 +160,14 @@ def _published(record: ToleranceRecord) -> Section:
     by_part = "Lost motion in three parts, published and from geometry."
     return Section(
         "Published budgets compared with geometry",
-        tables=(published_sensitivity_table(rows), budget_table(budget, errors), formula_table(case.drive)),
+        tables=(
+            published_sensitivity_table({disc_name(case): rows}),
+            range_table(rows),
+            method_table(rows),
+            budget_table({disc_name(case): budget}),
+            budget_remarks(budget, errors),
+            formula_table(case.drive),
+        ),
         drawn=(
             ("published_sensitivities", by_error, partial(plot.sensitivities, rows, name=name)),
             ("published_budget", by_part, partial(plot.budget, budget, name=name)),

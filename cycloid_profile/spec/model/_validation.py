@@ -15,7 +15,7 @@ from cycloid_profile.errors import SpecError, nearest_name
 from cycloid_profile.units import ARCMIN
 
 _SEE = "see docs/spec.md"
-_LONGEST_SHOWN = 60
+_LONGEST_SHOWN = 60  # characters of a refused value in a sentence
 _FAULT = re.compile(r"^(?P<rule>.*?)(?: - at `\$\.?(?P<path>.*)`)?$", re.DOTALL)
 _RULES = (
     (re.compile(r"^Expected `str` (?:matching regex|of length).*$"), "must be one line of at most 80 characters"),
@@ -171,7 +171,7 @@ def _nearest(key: str, known: list[str], path: str, root: type[msgspec.Struct], 
     close = nearest_name(key, known)
     if close:
         return f"did you mean {prefix}{path}{close}?"
-    return f"known here are {', '.join(known)}" if len(known) <= 12 else _SEE
+    return f"known here are {', '.join(known)}" if len(known) <= 16 else _SEE
 
 
 def _all_keys(table: type[msgspec.Struct], path: str) -> list[tuple[str, list[str]]]:

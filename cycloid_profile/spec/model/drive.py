@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from msgspec import Meta
 
@@ -47,7 +47,49 @@ class FirstStageSpec(Table, frozen=True):
 
 
 class CrankBearingSpec(Table, frozen=True):
-    """Rollers between each crank, or the central eccentric, and a disc: rating life, losses. Estimated where absent."""
+    """Rollers between crank, or central eccentric, and disc: stiffness, life, losses. Estimated where absent."""
+
+    model: (
+        Annotated[
+            Literal["spring", "rollers"],
+            Meta(
+                description="Radial law of the bearing in the stage: a spring of `bearing_stiffness_n_per_mm`, or "
+                "rollers in its place; absent: rollers where a clearance or preload is given."
+            ),
+        ]
+        | None
+    ) = None
+    clearance_class: (
+        Annotated[
+            Literal["C2", "CN", "C3"],
+            Meta(description="Radial clearance by ISO 5753-1 for the diameter of the crank, middle of its range."),
+        ]
+        | None
+    ) = None
+    radial_clearance_um: (
+        Annotated[
+            float,
+            key(
+                "Radial clearance as ISO 5753-1 measures it, twice the play [µm]; with rollers absent: 0, assumed.",
+                "give the clearance in µm, or preload_um",
+                ge=0,
+                le=2000,
+            ),
+        ]
+        | None
+    ) = None
+    preload_um: (
+        Annotated[
+            float,
+            key(
+                "Negative radial clearance: rollers thicker than their gap, twice the radial amount [µm].",
+                "give the preload in µm",
+                ge=0,
+                le=200,
+            ),
+        ]
+        | None
+    ) = None
 
     dynamic_load_rating_n: (
         Annotated[
@@ -83,8 +125,14 @@ class CrankBearingSpec(Table, frozen=True):
     ) = None
 
 
+Estimate = Annotated[
+    Literal["stiff", "likely", "soft"],
+    key("Which end of the range the sizes take that are left out; see docs/supports.md.", "choose stiff, likely, soft"),
+]
+
+
 class PinSeatSpec(Table, frozen=True):
-    """Where a pin is free of its seat under a disc. Without this table pins count as seated along their length."""
+    """Seats of the pins. Without this table pins count as seated along their length in rigid grooves."""
 
     span_mm: Annotated[
         float,
@@ -104,6 +152,99 @@ class PinSeatSpec(Table, frozen=True):
             le=1e4,
         ),
     ] = 0.0
+    contact: Annotated[
+        bool, key("Whether the contact of pin and groove is elastic, see docs/supports.md.", "choose true or false")
+    ] = False
+    bending: Annotated[
+        bool, key("Whether the pins bend, in elastic grooves or where they are free.", "choose true or false")
+    ] = False
+    length_mm: (
+        Annotated[float, length("Length of a pin [mm]; absent: all discs with a tenth of their width between them.")]
+        | None
+    ) = None
+    groove_clearance_um: (
+        Annotated[
+            float,
+            key(
+                "Radius of the groove less that of the pin [µm]; absent: 0.002 of the pin radius, assumed.",
+                "give a clearance in µm, 0 for a groove of the pin's radius",
+                ge=0,
+                le=1000,
+            ),
+        ]
+        | None
+    ) = None
+    estimate: Estimate = "likely"
+
+
+class RingSpec(Table, frozen=True):
+    """The ring that holds the pins, as an elastic body. Without this table it is rigid."""
+
+    elastic: Annotated[bool, key("Whether the ring is elastic.", "choose true or false")] = True
+    outer_radius_mm: (
+        Annotated[float, length("Outer radius [mm]; absent: 1.45 of the pin circle, with flange and frame, assumed.")]
+        | None
+    ) = None
+    width_mm: (
+        Annotated[float, length("Width along the axis [mm]; absent: 1.2 of the length of a pin, assumed.")] | None
+    ) = None
+    waves: Annotated[
+        int, key("Highest number of waves round the ring that is counted.", "give 3 or more", ge=0, le=500)
+    ] = 6
+    mounting_stiffness_n_per_mm2: (
+        Annotated[
+            float,
+            key(
+                "Stiffness of the mount per length of the circumference, in both directions [N/mm²]; absent: rigid "
+                "against shift and turn, free against waves.",
+                "give a stiffness such as 1e4",
+                gt=0,
+                le=1e9,
+            ),
+        ]
+        | None
+    ) = None
+    youngs_modulus_gpa: Annotated[
+        float,
+        key("Young's modulus, of the grooves as well [GPa]: ductile iron.", "steel has 206", ge=1e-3, le=1e4),
+    ] = 170.0
+    poisson_ratio: Annotated[float, key("Poisson's ratio.", "iron has 0.28", ge=0, lt=0.5)] = 0.28
+    estimate: Estimate = "likely"
+
+
+class PillarsSpec(Table, frozen=True):
+    """Pillars between the flanges of the carrier, as elastic bodies. Without this table they are rigid."""
+
+    elastic: Annotated[bool, key("Whether the pillars are elastic.", "choose true or false")] = True
+    count: (
+        Annotated[int, key("Number of pillars; absent: as many as cranks.", "give the number", ge=1, le=100)] | None
+    ) = None
+    circle_radius_mm: (
+        Annotated[float, length("Radius of their pitch circle [mm]; absent: that of the cranks.")] | None
+    ) = None
+    radius_mm: (
+        Annotated[
+            float,
+            length("Radius of a round pillar of equal bending [mm]; absent: 0.25 of the cranks' circle, assumed."),
+        ]
+        | None
+    ) = None
+    length_mm: (
+        Annotated[float, length("Free length [mm]; absent: the discs, a tenth of their width between and beside them.")]
+        | None
+    ) = None
+    far_share: Annotated[
+        float,
+        key(
+            "Share of the torque that enters the carrier at the flange away from the output.",
+            "cranks held in two flanges: 0.5",
+            ge=0,
+            le=1,
+        ),
+    ] = 0.5
+    youngs_modulus_gpa: Annotated[float, key("Young's modulus [GPa].", "steel has 206", ge=1e-3, le=1e4)] = 206.0
+    poisson_ratio: Annotated[float, key("Poisson's ratio.", "steel has 0.3", ge=0, lt=0.5)] = 0.3
+    estimate: Estimate = "likely"
 
 
 class DriveSpec(Table, frozen=True):
@@ -119,6 +260,8 @@ class DriveSpec(Table, frozen=True):
     eccentric: EccentricSpec = EccentricSpec()
     crank_bearing: CrankBearingSpec = CrankBearingSpec()
     pin_seat: PinSeatSpec | None = None
+    ring: RingSpec | None = None
+    pillars: PillarsSpec | None = None
     first_stage: FirstStageSpec | None = None
 
 

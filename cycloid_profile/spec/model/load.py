@@ -148,7 +148,7 @@ class LoadSpec(Table, frozen=True):
     def law(self) -> str:
         """Name of the contact law: the one given, or the one that goes with the disc.
 
-        Beside an elastic disc a law may count the deformation near the contact alone; with a rigid one it must count
+        With an elastic disc a law may count the deformation near the contact alone; with a rigid one it must count
         all.
         """
         return self.contact_law or ("roark" if self.disc_body == "rigid" else "weber-banaschek")

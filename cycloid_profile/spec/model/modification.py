@@ -52,10 +52,11 @@ EFFECT_NAMES = frozenset({
     "ring_mounting_ovality", "pin_ring_cumulative_pitch", "single_pin_error", "pin_position_error",
     # crank and body
     "crank_eccentricity_error", "crank_phase_error", "crank_hole_error", "crank_bearing_clearance",
-    "carrier_bore_error", "series_compliance", "crank_bearing_compliance", "pin_support_compliance",
+    "carrier_bore_error", "series_compliance", "nonlinear_series_compliance", "viscoelastic_creep",
+    "crank_bearing_compliance", "pin_support_compliance",
     # friction, drive train and sensor
-    "coulomb_friction", "load_proportional_friction", "planet_runout", "common_planet_runout", "sun_runout",
-    "input_runout", "encoder_eccentricity",
+    "coulomb_friction", "elastoslide_friction", "load_proportional_friction", "planet_runout", "common_planet_runout",
+    "sun_runout", "input_runout", "encoder_eccentricity",
 })  # fmt: skip
 # Editors complete the name from the schema; the parameters of each effect are checked when it is built.
 _NAMED = {"properties": {"name": {"enum": sorted(EFFECT_NAMES)}}, "required": ["name"]}

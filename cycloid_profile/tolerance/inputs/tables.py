@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from msgspec import Meta
 
+from cycloid_profile.contact.bodies import bearing_law
 from cycloid_profile.effects import EFFECTS, AsBuiltReducer, Coordinates, Effect, coordinates, parameters
 from cycloid_profile.errors import CycloidError, SpecError, did_you_mean
 from cycloid_profile.spec import validated
@@ -245,7 +246,7 @@ def _reject_impossible(scatter: Scatter, reducer: AsBuiltReducer, where: str) ->
         raise SpecError(f"{where}: {error.what}", error.value, error.limit, error.remedy) from None
     before, after = ((one.coulomb_torque, one.proportional_friction) for one in (reducer, first))
     old, new = reducer.case, first.case
-    designed = new.law is not old.law or new.drive.support.bearing_stiffness != old.drive.support.bearing_stiffness
+    designed = new.law is not old.law or bearing_law(new.drive.support) != bearing_law(old.drive.support)
     name, remedy = f"'{scatter.kind.name}'", "leave it out, or give it under [[effects]]"
     refuse(
         before != after,

@@ -118,7 +118,7 @@ def _balanced(  # pragma: no cover - compiled, out of the sight of the coverage 
             step[:], forces[:] = start[i, p], load[at]
             problem = PoseProblem(
                 drawn.law, drawn.constant[at], gap[i, p], drawn.frame[at], drawn.own, drawn.spring_stretch[at],
-                stretch[i, p], drawn.bearing_stiffness, play[i], drawn.torque[at], drawn.rotation[at], drawn.arm,
+                stretch[i, p], drawn.bearing, play[i], drawn.torque[at], drawn.rotation[at], drawn.arm,
                 drawn.compliance[at],
             )  # fmt: skip
             off = least_energy(problem, tolerance, step, forces, work)

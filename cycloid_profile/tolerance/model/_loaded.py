@@ -42,8 +42,9 @@ class LoadedStage:
     (loads, coordinates), angle errors [rad per unit]; ``pressure_per_root_force`` peak pressure of each contact under
     1 N, shape (loads, discs, pins) [MPa]. ``rigid_motion`` shape (loads, unknowns) of all discs with the carrier;
     ``closing`` of each gap per rotation along the torque, 0 where too little [mm]; ``overclosure``, an additional
-    rotation that guarantees contact, shape (loads,) [rad]; ``rotation_by_unit``, change of the rotation to first order,
-    shape (loads, coordinates) [rad per unit].
+    rotation that guarantees contact, shape (loads,) [rad]; ``receded``, how far elastic supports give way under the
+    load that the search starts from, shape (loads, discs, pins) [mm]; ``rotation_by_unit``, change of the rotation to
+    first order, shape (loads, coordinates) [rad per unit].
     """
 
     reducer: AsBuiltReducer
@@ -58,6 +59,7 @@ class LoadedStage:
     rigid_motion: FloatArray
     closing: FloatArray
     overclosure: FloatArray
+    receded: FloatArray
     rotation_by_unit: FloatArray
 
     def answers(self, x: FloatArray, chosen: IntArray | None = None) -> tuple[FloatArray, FloatArray]:
@@ -90,7 +92,11 @@ class LoadedStage:
             made = drawn[some].reshape(*some.shape, -1)
             chosen_rows(matrix.indptr, matrix.indices, matrix.data, np.ascontiguousarray(x), some, made)
             found.append(made.reshape(*some.shape, *drawn.shape[1:]))
-        return found[0], found[1], np.maximum(self.energy.play + _weighted(x, self.play_by_unit), 0.0)
+        return (
+            found[0],
+            found[1],
+            np.maximum(self.energy.play + _weighted(x, self.play_by_unit), self.energy.bearing.least_play),
+        )
 
     def start(self, gap: FloatArray, chosen: IntArray | None = None) -> FloatArray:
         """Start of the search: all discs turned with the carrier until a pin is pressed, shape (reducers, loads, n).
@@ -100,7 +106,7 @@ class LoadedStage:
         some = np.arange(len(self.energy.torque))[np.newaxis] if chosen is None else chosen
         closing = self.closing[some]
         with np.errstate(divide="ignore", invalid="ignore"):
-            turn = np.where(closing > 0.0, gap / closing, np.inf)
+            turn = np.where(closing > 0.0, (gap + self.receded[some]) / closing, np.inf)
         first = np.min(turn, axis=(2, 3)) + self.overclosure[some]
         return np.asarray((np.sign(self.energy.torque[some]) * first)[..., np.newaxis] * self.rigid_motion[some])
 
@@ -180,6 +186,7 @@ def loaded_stage(
         rigid_motion=support.rigid_motion,
         closing=np.where(arm > LEAST_REACH * longest, arm, 0.0),
         overclosure=0.5 * pressed / longest,
+        receded=sum(solved.receded_supports.values(), np.zeros_like(found.gap)),
         rotation_by_unit=by_unit.toarray() + read_by_unit + solved.torque[:, np.newaxis] * compliance_by_unit,
     )
 

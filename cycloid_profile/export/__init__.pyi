@@ -1,0 +1,33 @@
+"""Names of the room; each is imported when first used."""
+
+from .curves import Arcs as Arcs
+from .curves import Deviation as Deviation
+from .curves import ProfileSource as ProfileSource
+from .curves import SpecifiedProfile as SpecifiedProfile
+from .curves import SplinePiece as SplinePiece
+from .curves import deviation as deviation
+from .curves import deviation_both_ways as deviation_both_ways
+from .curves import disc_arcs as disc_arcs
+from .curves import disc_splines as disc_splines
+from .curves import distances as distances
+from .dxf import read_dxf_arcs as read_dxf_arcs
+from .dxf import read_dxf_profile as read_dxf_profile
+from .dxf import write_polyline as write_polyline
+from .formats import EXPORTERS as EXPORTERS
+from .formats import check_deviation as check_deviation
+from .formats import exporter_for as exporter_for
+from .formats import write_formats as write_formats
+from .inspection import InspectionPlan as InspectionPlan
+from .inspection import inspection_plan as inspection_plan
+from .nc import PolarGrinding as PolarGrinding
+from .nc import polar_grinding as polar_grinding
+from .nc import read_gcode as read_gcode
+from .points import measuring_points as measuring_points
+from .points import read_table as read_table
+from .writing import Exporter as Exporter
+from .writing import LibraryMissing as LibraryMissing
+from .writing import WrittenFile as WrittenFile
+from .writing import atomic_folder as atomic_folder
+from .writing import manifest_entry as manifest_entry
+from .writing import unchanged_entries as unchanged_entries
+from .writing import write_manifest as write_manifest
