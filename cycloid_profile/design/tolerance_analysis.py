@@ -57,7 +57,7 @@ _COMPARED_BACKLASH, _COMPARED_LOADED = 16_384, 512
 # Reducers of the search for the cheapest tolerances and of its confirmation, where each has to be loaded.
 _ALLOCATED_LOADED = (1024, 4096)
 # Reducers of the contributions, for backlash and under load; each tolerance costs two more runs.
-_RANKED = (2048, 512)
+_RANKED = (4096, 512)
 
 
 @dataclass(frozen=True)

@@ -89,6 +89,11 @@ def _advice(advice: TighteningAdvice) -> dict[str, Any]:
             for quantity in advice.quantities
             for share in advice.of(quantity).shares.of(quantity)
         ],
+        "sobol_sampling": [
+            {"quantities": list(one.shares.quantities), "reducers": one.shares.reducers, "width": one.shares.width,
+             "wanted": one.shares.wanted, "settled": one.shares.settled}
+            for one in advice.ranked
+        ],
         "sensitivities": [
             {"label": row.label, "parameter": row.parameter, "unit": row.unit, "parts": row.count,
              "worst_part": {q: worst_part(row, q) for q in advice.quantities},

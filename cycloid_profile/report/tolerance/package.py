@@ -122,7 +122,7 @@ def _advice(record: ToleranceRecord) -> Section:
     caption = "Derivative times tolerance at nominal dimensions. All parts together as the root of the sum of squares."
     return Section(
         "Which tolerance to tighten",
-        texts=(text.advice_sentence(advice),),
+        texts=(text.advice_sentence(advice), *text.sobol_sentences(advice)),
         tables=(text.ranking_table(advice.last), text.sensitivity_table(advice)),
         drawn=(*rankings, ("sensitivities", caption, partial(plot.tornado, advice, quantities=shown, name=name))),
         note="± is the standard error. The same reducers are compared, so that small changes are resolved. "

@@ -44,6 +44,7 @@ def summary_sentences(record: ToleranceRecord) -> list[str]:
     if record.tolerances.assumed:
         sentences.append("The spec has no [tolerance] table: ordinary manufacturing tolerances are assumed.")
     sentences.append(advice_sentence(record.advice))
+    sentences += sobol_sentences(record.advice, only_capped=True)
     sentences += comparison_sentences(record)
     least = next(one for one in record.quantities if one.name == LEAST_BACKLASH)
     if least.spread.low < 0.0:
@@ -70,6 +71,15 @@ def advice_sentence(advice: TighteningAdvice) -> str:
     else:
         return "Halving any single tolerance does not raise the yield significantly."
     return f"Tighten {first.label.replace('_', ' ')} first: halved, {effect}."
+
+
+def sobol_sentences(advice: TighteningAdvice, only_capped: bool = False) -> list[str]:
+    """How the sampling of the Sobol indices ended, one sentence for each study; ``only_capped``: those cut short."""
+    return [
+        f"Sobol indices of {', '.join(label(name) for name in one.shares.quantities)}: {one.shares.ending}."
+        for one in advice.ranked
+        if not (only_capped and one.shares.settled)
+    ]
 
 
 def comparison_sentences(record: ToleranceRecord) -> list[str]:

@@ -145,6 +145,8 @@ def chosen_rows(  # pragma: no cover - compiled, out of the sight of the coverag
     for i in range(reducers):
         for p in range(loads):
             for r in range(rows):
-                row = chosen[i, p] * rows + r
-                for entry in range(begin[row], begin[row + 1]):
-                    found[i, p, r] += weight[entry] * x[i, column[entry]]
+                row = np.uint64(chosen[i, p] * rows + r)
+                added = 0.0
+                for entry in range(np.uint64(begin[row]), np.uint64(begin[row + np.uint64(1)])):
+                    added += weight[entry] * x[i, np.uint64(column[entry])]
+                found[i, p, r] += added

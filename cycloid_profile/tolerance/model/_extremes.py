@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
 
@@ -110,9 +111,9 @@ class _Rows(NamedTuple):
     """Closing turns of all pins at all poses, linear in the coordinates; as in ``turn_extremes``."""
 
     begin: IntArray
-    column: IntArray
-    weight: FloatArray
-    base: FloatArray
+    column: NDArray[np.int32]
+    weight: NDArray[np.float32]
+    base: NDArray[np.float32]
     row_of: IntArray
     arm: FloatArray
 
@@ -144,8 +145,8 @@ def _refined(  # pragma: no cover
 
     The least value is smooth: the lowest vertex of the parabolas through three poses. For the largest one intervals are
     searched in the order of what they promise, until none promises more than was found: the tip of a tent as steep as
-    the steepest of three intervals, on a second look that by straight lines of its pins. ``turns`` keeps the closing turns of all pins, shape (poses, 2, pins), at poses
-    that are ``known``.
+    the steepest of three intervals, on a second look that by straight lines of its pins. ``turns`` keeps the closing
+    turns of all pins, shape (poses, 2, pins), at poses that are ``known``.
     """
     poses, pins = len(total), rows.arm.shape[2]
     promised, place = np.empty(poses), np.empty(poses, np.int64)

@@ -38,7 +38,7 @@ class LoadedStage:
 
     ``energy`` of the stage about each equilibrium, one pose per load; ``gap_by_unit`` sparse (loads·discs·pins,
     coordinates) [mm per unit]; ``stretch_by_unit`` sparse (loads·bearings·2, coordinates) [mm per unit];
-    ``play_by_unit``, ``compliance_by_unit`` shape (coordinates,) [mm, rad/(N·mm) per unit]; ``read_by_unit`` shape
+    ``play_by_unit``, ``compliance_by_unit`` shape (coordinates,) [mm, rad/(N·mm) per unit]; ``read_by_unit`` sparse
     (loads, coordinates), angle errors [rad per unit]; ``pressure_per_root_force`` peak pressure of each contact under
     1 N, shape (loads, discs, pins) [MPa]. ``rigid_motion`` shape (loads, unknowns) of all discs with the carrier;
     ``closing`` of each gap per rotation along the torque, 0 where too little [mm]; ``overclosure``, an additional
@@ -54,7 +54,7 @@ class LoadedStage:
     stretch_by_unit: Any
     play_by_unit: FloatArray
     compliance_by_unit: FloatArray
-    read_by_unit: FloatArray
+    read_by_unit: Any
     pressure_per_root_force: FloatArray
     rigid_motion: FloatArray
     closing: FloatArray
@@ -111,16 +111,17 @@ class LoadedStage:
         return np.asarray((np.sign(self.energy.torque[some]) * first)[..., np.newaxis] * self.rigid_motion[some])
 
     def _block(self, x: FloatArray, chosen: IntArray) -> tuple[FloatArray, FloatArray]:
-        from cycloid_profile.tolerance.model._compiled import balanced_reducers
+        from cycloid_profile.tolerance.model._compiled import balanced_reducers, chosen_rows
 
         gap, stretch, play = self.errors(x, chosen)
         highest, start = self.pressure_per_root_force, self.start(gap, chosen)
         some = np.ascontiguousarray(chosen)
         turned, pressure = balanced_reducers(self.energy, gap, stretch, play, highest, start, TOLERANCE, some)
         through = self.reducer.series_compliance + _weighted(x, self.compliance_by_unit)
-        read = np.stack([_weighted(x, row) for row in self.read_by_unit], axis=1)
-        read = np.take_along_axis(read, some, axis=1)
-        return turned + through[:, np.newaxis] * self.energy.torque[some] + read, pressure
+        turned += through[:, np.newaxis] * self.energy.torque[some]
+        read = self.read_by_unit
+        chosen_rows(read.indptr, read.indices, read.data, np.ascontiguousarray(x), some, turned[..., np.newaxis])
+        return turned, pressure
 
 
 def _weighted(x: FloatArray, weights: FloatArray) -> FloatArray:
@@ -170,7 +171,7 @@ def loaded_stage(
     gap_by_unit = sparse_columns([one.gap(points) for one in changes], energy.gap.size)
     stretch_by_unit = sparse_columns([one.misfit(meshing.crank_angle) for one in changes], energy.stretch.size)
     compliance_by_unit = np.array([one.series_compliance for one in changes])
-    read_by_unit = np.array([one.angle_error(angle) for one in changes]).T
+    read_by_unit = sparse_columns([one.angle_error(angle) for one in changes], len(angle))
     tangent = StageTangent(solved)
     by_unit = _per_load(tangent.pins) @ gap_by_unit + _per_load(tangent.bearings) @ stretch_by_unit
     return LoadedStage(
@@ -187,7 +188,7 @@ def loaded_stage(
         closing=np.where(arm > LEAST_REACH * longest, arm, 0.0),
         overclosure=0.5 * pressed / longest,
         receded=sum(solved.receded_supports.values(), np.zeros_like(found.gap)),
-        rotation_by_unit=by_unit.toarray() + read_by_unit + solved.torque[:, np.newaxis] * compliance_by_unit,
+        rotation_by_unit=(by_unit + read_by_unit).toarray() + solved.torque[:, np.newaxis] * compliance_by_unit,
     )
 
 

@@ -26,7 +26,7 @@ BACKLASH_POSES, LOST_MOTION_POSES, TURN_POSES = 47, 17, 97
 _POSES_PER_CRANK_TURN = 24
 # Poses per turn of the crank at light load, of which as many are solved as are chosen. At rated torque one pose per
 # mesh cycle of the whole turn, of which as many are chosen at either end.
-LOADED_PER_CRANK_TURN, LOST_MOTION_CHOSEN, TURN_CHOSEN = 12, 12, 8
+LOADED_PER_CRANK_TURN, LOST_MOTION_CHOSEN, TURN_CHOSEN = 12, 8, 8
 # Quantities in the order of reports, each with its definition.
 QUANTITIES = {
     "backlash_arcmin": "backlash, crank locked, largest over a turn",

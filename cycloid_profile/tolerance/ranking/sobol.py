@@ -59,12 +59,17 @@ class SobolShares(Described):
     wanted: float | None = None
 
     @property
+    def settled(self) -> bool:
+        """False where the cap on the reducers ended the sampling before the wanted width."""
+        return self.wanted is None or self.width <= self.wanted
+
+    @property
     def ending(self) -> str:
-        """How the sampling ended, as a sentence."""
+        """How the sampling ended."""
         found = f"widest interval of a total index {self.width:.2g} with {self.reducers:,} reducers"
         if self.wanted is None:
             return found
-        if self.width <= self.wanted:
+        if self.settled:
             return f"{found}, {self.wanted:g} was wanted"
         return f"{found}, the cap on their number; {self.wanted:g} was wanted"
 
