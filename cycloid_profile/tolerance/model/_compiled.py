@@ -12,7 +12,7 @@ from numba import njit
 
 from cycloid_profile.arrays import FloatArray, IntArray
 from cycloid_profile.contact.stage import StageEnergy
-from cycloid_profile.contact.stage._kernels import PoseProblem, StageArrays, least_energy, workspace
+from cycloid_profile.contact.stage._kernels import PoseProblem, StageArrays, least_energy, width_at, workspace
 
 _ABREAST = 8  # reducers side by side: as many numbers as the processor keeps at hand
 
@@ -115,7 +115,7 @@ def _balanced(  # pragma: no cover - compiled, out of the sight of the coverage 
             problem = PoseProblem(
                 drawn.law, drawn.constant[p], gap[i, p], drawn.frame[p], drawn.own, drawn.spring_stretch[p],
                 stretch[i, p], drawn.bearing, play[i], drawn.torque[p], drawn.rotation[p], drawn.arm,
-                drawn.compliance[p],
+                drawn.compliance[p], width_at(drawn.width, drawn.width.slope[p]),
             )  # fmt: skip
             off = least_energy(problem, tolerance, step, forces, work)
             highest = 0.0
