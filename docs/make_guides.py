@@ -4,7 +4,7 @@ A page holds three kinds of blocks, each under a comment:
 
 - ``<!-- append FILE -->`` above a ``toml`` block: the block is appended to a file;
 - ``<!-- keep 1-4, 9 -->`` above a ``console`` block: its command is run, and those lines of its output are shown
-  (``keep nothing`` shows none);
+  (``keep nothing`` shows none, ``last`` is the last line);
 - ``<!-- picture FILE -->`` above an image: the picture is copied to where the image is.
 
 ``python docs/make_guides.py [GUIDE …]`` rewrites the pages; ``tests/test_docs.py`` runs them and compares (slow).
@@ -34,11 +34,11 @@ PROGRAMS = {
 
 def kept_lines(output: str, kept: str) -> str:
     """The lines of ``output`` that ``kept`` asks for, counted from 1, with ``…`` for each gap."""
-    lines = [line.rstrip() for line in output.splitlines()]
+    lines = [line.rstrip() for line in output.rstrip().splitlines()]
     shown: list[str] = []
     last = 0
     for part in kept.split(","):
-        first, _, end = part.strip().partition("-")
+        first, _, end = part.strip().replace("last", str(len(lines))).partition("-")
         first_line, end_line = int(first), min(int(end or first), len(lines))
         shown += [*(["…"] if first_line > last + 1 else []), *lines[first_line - 1 : end_line]]
         last = end_line

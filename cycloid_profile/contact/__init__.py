@@ -9,7 +9,9 @@ from cycloid_profile.contact.bearing_life import life_factor as life_factor
 from cycloid_profile.contact.bearing_life import life_of_all as life_of_all
 from cycloid_profile.contact.bearing_life import reference_viscosity as reference_viscosity
 from cycloid_profile.contact.bodies import NO_DEVIATIONS as NO_DEVIATIONS
+from cycloid_profile.contact.bodies import AxialRelief as AxialRelief
 from cycloid_profile.contact.bodies import DiscCompliance as DiscCompliance
+from cycloid_profile.contact.bodies import FaceWidth as FaceWidth
 from cycloid_profile.contact.bodies import LinearBearing as LinearBearing
 from cycloid_profile.contact.bodies import PartDeviations as PartDeviations
 from cycloid_profile.contact.bodies import Pillars as Pillars

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field
 
 from cycloid_profile.arrays import FloatArray
-from cycloid_profile.contact.bodies import DiscCompliance, Supports, stage_compliance
+from cycloid_profile.contact.bodies import DiscCompliance, FaceWidth, Supports, stage_compliance
 from cycloid_profile.contact.laws import STEEL, ContactLaw, LineContact, Material, Roark
 from cycloid_profile.contact.mesh import Meshing, mesh_cycle
 from cycloid_profile.errors import LoadError
@@ -27,12 +27,13 @@ class LoadCase:
     disc_share : share of the torque that the classical scheme gives one disc
     disc_bodies : compliance of each elastic disc; empty for rigid discs
     supports : what gives way behind pins and bearings, counted by ``StageEquilibrium`` alone; rigid unless given
+    width : slices over the face width with their relief; None for an even load over the width
 
     Raises
     ------
     LoadError
         If the torque is zero or not finite, the share outside (0, 1], ``disc_bodies`` not one a disc of this drive, or
-        ``supports`` not of this drive.
+        ``supports`` not of this drive, or ``width`` not of these discs.
     """
 
     drive: Drive
@@ -44,6 +45,7 @@ class LoadCase:
     disc_share: float = 0.55
     disc_bodies: tuple[DiscCompliance, ...] = ()
     supports: Supports = field(default_factory=Supports)
+    width: FaceWidth | None = None
 
     def __post_init__(self) -> None:
         if not math.isfinite(self.torque) or self.torque == 0.0:
@@ -66,6 +68,11 @@ class LoadCase:
                 f"{wanted[1]} bearings", "make one for each disc of this drive",
             )  # fmt: skip
         self.supports.check(self.drive)
+        if self.width is not None and self.width.width != self.drive.disc_width:
+            raise LoadError(
+                "width", f"{self.width.width:g} mm", f"is not the face width, {self.drive.disc_width:g} mm",
+                "slice the width of the disc",
+            )  # fmt: skip
 
     @property
     def compliance(self) -> float:

@@ -35,18 +35,20 @@ STATUSES = tuple(SolveStatus)
 class StagePositions:
     """Positions of the parts of a stage: ``rotation`` of the output, shape (poses,) [rad], and ``motion`` (x, y, θ) of
     each disc from its nominal place, shape (poses, discs, 3) [mm, mm, rad]; ``foot`` of each pin on its tooth, shape
-    (poses, discs, pins), if known [rad]; forces ``load`` that deform elastic discs, see ``LoadSharing.load``, if known.
+    (poses, discs, pins), if known [rad]; forces ``load`` that deform elastic discs, see ``LoadSharing.load``, if known;
+    ``tilt`` of each disc, see ``StageMotion``, if known.
     """
 
     rotation: FloatArray
     motion: FloatArray
     foot: FloatArray | None = None
     load: FloatArray | None = None
+    tilt: FloatArray | None = None
 
     def poses(self, which: slice | IntArray) -> StagePositions:
         """The place at some of the poses."""
-        foot, load = (None if each is None else each[which] for each in (self.foot, self.load))
-        return StagePositions(self.rotation[which], self.motion[which], foot, load)
+        known = (None if each is None else each[which] for each in (self.foot, self.load, self.tilt))
+        return StagePositions(self.rotation[which], self.motion[which], *known)
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +59,8 @@ class StageMotion:
     (poses, discs, 3) [mm, mm, rad]; ``foot``, phase of the foot of each pin on its tooth [rad], and ``normal`` of each
     pin contact, outwards from the disc, housing frame, shape (poses, discs, pins); ``bearing_force`` that the eccentric
     puts on the disc, x + iy in the housing frame, shape (poses, discs, bearings of a disc) [N]; ``energy``, total
-    potential, shape (poses,) [N·mm].
+    potential, shape (poses,) [N·mm]; ``tilt``, shift of the disc along x and y per height above its mid-plane, shape
+    (poses, discs, 2) [rad], None without slices over the width.
     """
 
     meshing: Meshing
@@ -66,6 +69,14 @@ class StageMotion:
     normal: ComplexArray
     bearing_force: ComplexArray
     energy: FloatArray
+    tilt: FloatArray | None = None
+
+    def of_poses(self, which: slice | IntArray) -> StageMotion:
+        """The motion at some of the poses."""
+        names = ("motion", "foot", "normal", "bearing_force", "energy")
+        some: dict[str, Any] = {name: getattr(self, name)[which] for name in names}
+        tilt = None if self.tilt is None else self.tilt[which]
+        return replace(self, meshing=self.meshing.poses(which), **some, tilt=tilt)
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -176,6 +187,43 @@ class LoadSharing(Described):
         return float(np.max(self.pressure))
 
     @property
+    def slope(self) -> FloatArray:
+        """Slope of the tooth along the normal at each pin, closing above the mid-plane, shape of ``force`` [rad]."""
+        if self.stage is None or self.stage.tilt is None:
+            return np.zeros_like(self.force)
+        tilt = self.stage.tilt[:, :, np.newaxis]
+        along: FloatArray = self.stage.normal.real * tilt[..., 0] + self.stage.normal.imag * tilt[..., 1]
+        return along
+
+    def pressure_at(self, height: float) -> FloatArray:
+        """Peak pressure at a ``height`` above the mid-plane of each disc [mm], shape of ``force`` [MPa] (Eq. 120)."""
+        if self.case.width is None:
+            return self.pressure
+        return self._pressure_after(height * self.slope - self.case.width.relief(height))
+
+    @property
+    def edge_pressure(self) -> FloatArray:
+        """Largest peak pressure over the face width, shape of ``force`` [MPa]; ``pressure`` is that of an even load.
+
+        Edges count as they are in the slices; a sharp edge presses harder than any slice (docs/theory.md).
+        """
+        if self.case.width is None:
+            return self.pressure
+        return self._pressure_after(self.case.width.closest(self.slope))
+
+    @property
+    def max_edge_pressure(self) -> float:
+        """Highest peak pressure over the face width [MPa]."""
+        return float(np.max(self.edge_pressure))
+
+    def _pressure_after(self, closer: FloatArray) -> FloatArray:
+        """Peak pressure where tooth and pin are ``closer`` than at mid-height [mm]."""
+        case, contact = self.case, self.case.line_contact(self.curvature)
+        approach = np.where(self.force > 0.0, self.approach + closer, 0.0)
+        pressure: FloatArray = case.law.peak_pressure(case.law.force(approach, contact), contact)
+        return pressure
+
+    @property
     def delta_max(self) -> float:
         """δmax, which a compensation adds to the tooth [mm]: with rigid discs the largest deformation of the poses.
 
@@ -192,7 +240,7 @@ class LoadSharing(Described):
     def place(self) -> StagePositions:
         """Positions of the parts of a whole stage."""
         assert self.stage is not None
-        return StagePositions(self.rotation, self.stage.motion, self.stage.foot, self.load)
+        return StagePositions(self.rotation, self.stage.motion, self.stage.foot, self.load, self.stage.tilt)
 
     @property
     def load(self) -> FloatArray:
@@ -281,7 +329,9 @@ def joined(blocks: list[LoadSharing]) -> LoadSharing:
 
 def _joined_stages(blocks: list[StageMotion]) -> StageMotion:
     names = ("motion", "foot", "normal", "bearing_force", "energy")
+    tilts = [block.tilt for block in blocks if block.tilt is not None]
     return StageMotion(
         meshing=Meshing.of_blocks([block.meshing for block in blocks]),
         **{name: np.concatenate([getattr(block, name) for block in blocks]) for name in names},
+        tilt=np.concatenate(tilts) if tilts else None,
     )

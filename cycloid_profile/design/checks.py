@@ -12,6 +12,7 @@ import numpy as np
 from cycloid_profile._display import figure_text
 from cycloid_profile.contact import LoadSharing
 from cycloid_profile.contact.mesh import OVERLAP_TOLERANCE, Backlash
+from cycloid_profile.design.from_spec import flank_relief, pin_relief
 from cycloid_profile.design.strength import Strength
 from cycloid_profile.geometry import Drive, ToothProfile, modification_sizes, undercut_limit
 from cycloid_profile.units import ARCMIN, DEGREE, UM
@@ -156,6 +157,7 @@ def strength_checks(strength: Strength) -> tuple[Check, ...]:
     """Checks of stresses and life at rated torque; severe where the spec gives torque, limit and all other data."""
     return (
         _pressure_check(strength),
+        *_relief_check(strength),
         _pin_shear_check(strength),
         _pin_bending_check(strength),
         _life_check(strength),
@@ -164,8 +166,11 @@ def strength_checks(strength: Strength) -> tuple[Check, ...]:
 
 
 def _pressure_check(strength: Strength) -> Check:
-    pressure, limit = strength.under_load.max_pressure, strength.pressure_limit
+    loaded, limit = strength.under_load, strength.pressure_limit
+    pressure = loaded.max_edge_pressure
     value = f"{pressure:.0f} MPa"
+    if loaded.case.width is not None:
+        value += f" over the face width, {loaded.max_pressure:.0f} MPa under an even load"
     if limit is None:
         return _not_checked("peak pressure", value, "load.allowable_pressure_mpa")
     given = strength.spec.load.allowable_pressure_mpa is not None
@@ -178,6 +183,14 @@ def _pressure_check(strength: Strength) -> Check:
         f"at most {limit:.0f} MPa",
         "widen the disc, lower the torque, or let more pins share",
     )
+
+
+def _relief_check(strength: Strength) -> tuple[Check, ...]:
+    """Tells that the load ignores a relief; nothing where there is none, or slices count it."""
+    spec = strength.spec
+    if strength.under_load.case.width is not None or not (flank_relief(spec) or pin_relief(spec)):
+        return ()
+    return (_not_checked("relief along the face width", "not in the load", "load.width_slices (8 are enough)"),)
 
 
 def _pin_shear_check(strength: Strength) -> Check:

@@ -10,11 +10,17 @@ from pathlib import Path
 
 from cycloid_profile.compensation import Compensation, LoadSharingSolver, compensate, compensate_by
 from cycloid_profile.contact import LoadCase
-from cycloid_profile.contact.bodies import DiscCompliance, disc_compliance, read_disc_compliance
+from cycloid_profile.contact.bodies import (
+    AxialRelief,
+    DiscCompliance,
+    FaceWidth,
+    disc_compliance,
+    read_disc_compliance,
+)
 from cycloid_profile.contact.disc import Classical, Equilibrium
 from cycloid_profile.contact.laws import LAWS, Material
 from cycloid_profile.contact.stage import StageEquilibrium
-from cycloid_profile.design.crank_rollers import carried_by_rollers, on_rollers
+from cycloid_profile.design.crank_rollers import ROLLER_LENGTH_PER_WIDTH, carried_by_rollers, on_rollers
 from cycloid_profile.design.supports_of_spec import supports_of
 from cycloid_profile.effects import AsBuiltReducer, Effect, apply_effects, effect_from_table
 from cycloid_profile.errors import CompensationError, GeometryError, LoadError, SolveError, SpecError
@@ -45,6 +51,8 @@ _KEYS = {
     "disc_width": "drive.disc_width_mm",
     "discs": "drive.discs",
     "torque": "load.rated_torque_nm",
+    "width_slices": "load.width_slices",
+    "bearing_offset": "drive.crank_bearing.offset_mm",
     "windows.outer_radius": "disc.windows.outer_radius_mm",
     "windows.span": "disc.windows.span_deg",
     "windows.corner_radius": "disc.windows.corner_radius_mm",
@@ -133,6 +141,63 @@ def load_case(spec: Spec, drive: Drive, profile: ToothProfile) -> LoadCase:
             disc_share=min(1.0, 1.1 / spec.drive.discs) if spec.load.disc_share is None else spec.load.disc_share,
             disc_bodies=disc_bodies(spec, drive),
             supports=supports_of(spec, drive, rated_torque(spec)),
+            width=face_width(spec, drive),
+        )
+
+
+def flank_relief(spec: Spec) -> AxialRelief:
+    """Relief of the flanks along the axis.
+
+    Raises ``SpecError`` for an edge relief without a length, or longer than half the face width.
+    """
+    m = spec.modification
+    amounts = (m.crowning_um, m.edge_relief_um, m.edge_relief_length_mm, m.flank_taper_um)
+    return _relief(spec, "modification.", *amounts)
+
+
+def pin_relief(spec: Spec) -> AxialRelief:
+    """Relief of the pins along the axis; raises ``SpecError`` as ``flank_relief``."""
+    p = spec.drive.pin_relief
+    amounts = (p.crowning_um, p.edge_relief_um, p.edge_relief_length_mm, p.taper_um)
+    return _relief(spec, "drive.pin_relief.", *amounts)
+
+
+def _relief(
+    spec: Spec, keys: str, crowning_um: float, edge_relief_um: float, edge_length: float, taper_um: float
+) -> AxialRelief:
+    half = 0.5 * spec.drive.disc_width_mm
+    if (edge_relief_um > 0.0) != (edge_length > 0.0):
+        raise SpecError(
+            f"{keys}edge_relief_um", f"{edge_relief_um:g}", f"does not go with a length of {edge_length:g} mm",
+            f"give {keys}edge_relief_um and {keys}edge_relief_length_mm, or neither",
+        )  # fmt: skip
+    if edge_length > half:
+        raise SpecError(
+            f"{keys}edge_relief_length_mm", f"{edge_length:g}", f"is longer than half the face width, {half:g} mm",
+            "give a shorter one, or a crowning",
+        )  # fmt: skip
+    return AxialRelief(crowning_um * UM, edge_relief_um * UM, edge_length, taper_um * UM)
+
+
+def face_width(spec: Spec, drive: Drive) -> FaceWidth | None:
+    """Slices over the face width, with the relief of tooth and pins and the tilt of the bearings; None without slices.
+
+    Raises ``SpecError`` or ``LoadError`` with the key's name where a relief, an offset or the slices are impossible.
+    """
+    bearing, stiffness = spec.drive.crank_bearing, drive.support.bearing_stiffness
+    length = bearing.roller_length_mm or ROLLER_LENGTH_PER_WIDTH * drive.disc_width
+    given = bearing.tilt_stiffness_nm_per_mrad
+    tooth, pin = flank_relief(spec), pin_relief(spec)
+    if not spec.load.width_slices:
+        return None
+    with _key_names():
+        return FaceWidth(
+            width=drive.disc_width,
+            slices=spec.load.width_slices,
+            tooth=tooth,
+            pin=pin,
+            tilt_stiffness=stiffness * length**2 / 12.0 if given is None else given * 1e3 * NEWTON_METRE,
+            bearing_offset=bearing.offset_mm,
         )
 
 

@@ -145,6 +145,18 @@ def _losses(found: LossRange) -> dict[str, Any]:
     }
 
 
+def _over_width(loaded: LoadSharing) -> dict[str, Any]:
+    """Figures of the slices over the face width; none without slices."""
+    if loaded.case.width is None or loaded.stage is None or loaded.stage.tilt is None:
+        return {}
+    tilt = loaded.stage.tilt
+    return {
+        "width_slices": loaded.case.width.slices,
+        "max_edge_pressure_mpa": loaded.max_edge_pressure,
+        "max_tilt_mrad": 1e3 * float(np.max(np.hypot(tilt[..., 0], tilt[..., 1]))),
+    }
+
+
 def _under_load(record: DesignRecord) -> dict[str, Any]:
     """The whole stage with the final tooth at rated torque, over one turn of the crank."""
     loaded, drive = record.under_load, record.drive
@@ -156,6 +168,7 @@ def _under_load(record: DesignRecord) -> dict[str, Any]:
     return {
         "max_force_n": loaded.max_force,
         "max_pressure_mpa": loaded.max_pressure,
+        **_over_width(loaded),
         "max_subsurface_shear_mpa": float(np.max(contact.subsurface_shear(loaded.force))),
         "shear_depth_um": float(np.max(contact.shear_depth(loaded.force))) / UM,
         "loaded_pins": loaded.loaded_pins,

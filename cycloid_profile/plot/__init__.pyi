@@ -7,6 +7,7 @@ from .design import disc as disc
 from .design import load_map as load_map
 from .design import load_sharing as load_sharing
 from .design import polar_path as polar_path
+from .design import pressure_over_width as pressure_over_width
 from .design import profile_comparison as profile_comparison
 from .design import rotation_by_part as rotation_by_part
 from .design import stage_load as stage_load

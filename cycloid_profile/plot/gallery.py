@@ -10,12 +10,15 @@ from cycloid_profile.plot import design
 
 
 class Picture(NamedTuple):
-    """A picture's file name, caption and drawing function; ``format`` it belongs to, None for every design."""
+    """A picture's file name, caption and drawing function; ``format`` it belongs to, None for every design; ``sliced``
+    for designs with slices over the face width alone.
+    """
 
     name: str
     caption: str
     draw: Callable[[DesignRecord], Any]
     format: str | None = None
+    sliced: bool = False
 
 
 PICTURES = (
@@ -33,6 +36,9 @@ PICTURES = (
         design.stage_load,
     ),
     Picture("load_map", "Force and pressure of every pin over one turn of the crank.", design.load_map),
+    Picture(
+        "pressure_over_width", "Pressure on the pins over the face width.", design.pressure_over_width, sliced=True
+    ),
     Picture("convergence", "How the iterations end.", design.convergence),
     Picture("accuracy", "Torque against twist, and transmission error over one mesh cycle.", design.accuracy),
     Picture(
@@ -45,5 +51,8 @@ PICTURES = (
 
 
 def pictures(record: DesignRecord) -> tuple[Picture, ...]:
-    """The pictures of every design, and those of the formats its spec asks for."""
-    return tuple(one for one in PICTURES if one.format is None or one.format in record.spec.export.formats)
+    """The pictures of every design, and those of the formats and slices its spec asks for."""
+    formats, sliced = record.spec.export.formats, record.case.width is not None
+    return tuple(
+        one for one in PICTURES if (one.format is None or one.format in formats) and (sliced or not one.sliced)
+    )

@@ -56,13 +56,16 @@ class EquivalentPoses:
 
     def place(self, place: StagePositions, pins: int) -> StagePositions:
         """Positions of the parts at all poses, from their positions at the solved poses."""
-        motion = place.motion[self.representative]
+        motion, tilt = place.motion[self.representative], place.tilt
         shift = (motion[..., 0] + 1j * motion[..., 1]) * self.turn(pins)[:, np.newaxis]
+        if tilt is not None:
+            tilt = _turned(tilt[self.representative], self.turn(pins))
         return StagePositions(
             place.rotation[self.representative],
             np.stack([shift.real, shift.imag, motion[..., 2]], axis=-1),
             None if place.foot is None else self.over_pins(place.foot),
             None if place.load is None else self._load(place.load, motion.shape[1] * pins, pins),
+            tilt,
         )
 
     def _load(self, load: FloatArray, contacts: int, pins: int) -> FloatArray:
@@ -71,9 +74,14 @@ class EquivalentPoses:
             return load[self.representative]
         pressed = self.over_pins(load[:, :contacts].reshape(len(load), -1, pins))
         bearings = load[self.representative, contacts:].reshape(len(pressed), -1, 2)
-        force = (bearings[..., 0] + 1j * bearings[..., 1]) * self.turn(pins)[:, np.newaxis]
-        both = np.stack([force.real, force.imag], axis=-1)
+        both = _turned(bearings, self.turn(pins))
         return np.concatenate([pressed.reshape(len(pressed), -1), both.reshape(len(pressed), -1)], axis=1)
+
+
+def _turned(vectors: FloatArray, turn: ComplexArray) -> FloatArray:
+    """Vectors (x, y), shape (poses, n, 2), turned by the unit complex number of each pose."""
+    turned = (vectors[..., 0] + 1j * vectors[..., 1]) * turn[:, np.newaxis]
+    return np.stack([turned.real, turned.imag], axis=-1)
 
 
 def equivalent_poses(

@@ -231,10 +231,12 @@ def _starting_configuration(near: Sequence[CurvePrediction], rows: Sequence[IntA
     terms = [term for one in near for term in one.terms]
     places = [term.place(some) for term, some in zip(terms, rows, strict=True)]
     feet = [place.foot for place in places if place.foot is not None]
+    tilts = [place.tilt for place in places if place.tilt is not None]
     return StagePositions(
         np.concatenate([place.rotation for place in places]),
         np.concatenate([place.motion for place in places]),
         np.concatenate(feet) if len(feet) == len(places) else None,
+        tilt=np.concatenate(tilts) if len(tilts) == len(places) else None,
     )
 
 
@@ -246,8 +248,9 @@ def _at_poses(sharing: LoadSharing, which: slice | IntArray) -> LoadSharing:
         if isinstance(getattr(sharing, field.name), np.ndarray)
     }
     stage = sharing.stage
-    if stage is not None:
-        names = ("motion", "foot", "normal", "bearing_force", "energy")
-        of_stage: dict[str, Any] = {name: getattr(stage, name)[which] for name in names}
-        stage = replace(stage, meshing=stage.meshing.poses(which), **of_stage)
-    return replace(sharing, **arrays, max_force=float(np.max(arrays["force"], initial=0.0)), stage=stage)
+    return replace(
+        sharing,
+        **arrays,
+        max_force=float(np.max(arrays["force"], initial=0.0)),
+        stage=None if stage is None else stage.of_poses(which),
+    )

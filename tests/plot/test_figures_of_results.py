@@ -17,7 +17,7 @@ from tests.spec_texts import PLAIN
 
 DESIGN_FIGURES = {
     "profile_comparison": (2, 1), "disc": (1, 1), "deformation": (1, 1), "load_sharing": (2, 1), "load_map": (1, 2),
-    "stage_load": (2, 2), "convergence": (1, 2), "accuracy": (1, 2),
+    "stage_load": (2, 2), "pressure_over_width": (1, 1), "convergence": (1, 2), "accuracy": (1, 2),
 }  # fmt: skip
 
 

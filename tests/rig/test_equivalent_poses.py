@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cycloid_profile.contact import AxialRelief, FaceWidth
 from cycloid_profile.contact.stage import StageEquilibrium
-from cycloid_profile.effects import AsBuiltReducer
+from cycloid_profile.effects import AsBuiltReducer, as_drawn
 from cycloid_profile.measurement import LOST_MOTION_MAP, TRANSMISSION_ERROR, Measurement
 from cycloid_profile.rig import LinearisedCurve, encoder_readings, predict_curves
 from cycloid_profile.rig._equivalent_poses import equivalent_poses
@@ -80,6 +83,22 @@ def test_the_simulated_turn_is_that_of_every_pose(built_with):
     angle = np.arange(200) * 1.8
     for torque, own in zip([412.0, -41.2], turned, strict=True):
         np.testing.assert_allclose(own, _every_pose(reducer, angle, torque), rtol=0.0, atol=1e-12)
+
+
+def test_discs_that_tilt_start_from_the_tilt_of_their_representative(drawn, files):
+    face = FaceWidth(drawn.case.drive.disc_width, 4, AxialRelief(0.001, taper=0.003), tilt_stiffness=2e6)
+    reducer = as_drawn(replace(drawn.case, width=face))
+    asked = [(files[0], np.arange(240))]
+    (first,) = predict_curves(reducer, asked)
+    np.testing.assert_allclose(
+        first.value * ARCSEC, _every_pose(reducer, files[0]["output_angle_deg"], 412.0), atol=1e-12
+    )
+    place = first.terms[0].place(np.arange(240))
+    crank = -first.terms[0].output_angle * reducer.case.drive.trochoid.lobes
+    solved = StageEquilibrium(tolerance=1e-12).at(reducer.case, crank, 412e3)
+    np.testing.assert_allclose(place.tilt, solved.stage.tilt, atol=1e-10)
+    (again,) = predict_curves(reducer, asked, [first])
+    np.testing.assert_allclose(again.value, first.value, rtol=0.0, atol=1e-5)
 
 
 def test_pins_that_differ_are_met_one_by_one(built_with, files):

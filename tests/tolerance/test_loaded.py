@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from cycloid_profile.catalog import catalog_drive
-from cycloid_profile.contact import LoadCase, RollerBearing
+from cycloid_profile.contact import AxialRelief, FaceWidth, LoadCase, RollerBearing
 from cycloid_profile.contact.laws import Palmgren
 from cycloid_profile.contact.mesh import output_turn
 from cycloid_profile.contact.stage import StageEquilibrium
@@ -130,6 +130,21 @@ def test_clearance_of_rollers_scatters(small, scattered, made_with, play):
     rotation, pressure = stage.answers(x)
     np.testing.assert_allclose(rotation[0], wanted, rtol=0.0, atol=0.1 * ARCSEC)
     np.testing.assert_allclose(pressure[0], pressed, rtol=2e-3)
+
+
+def test_slices_over_the_width_count_in_every_reducer(small, scattered, made_with):
+    face = FaceWidth(8.0, 4, AxialRelief(0.002, taper=0.002), tilt_stiffness=1e5, bearing_offset=0.5)
+    sliced = as_drawn(replace(small.case, width=face))
+    tolerances = scattered(*PARTS, reducer=sliced)
+    stage = of(sliced, tolerances)
+    x = Draws(tolerances, 1).coordinates(0, 2, 0)
+    rotation, pressure = stage.answers(x)
+    for one, turned, peak in zip(x, rotation, pressure, strict=True):
+        wanted, pressed = exact(made_with(sliced, tolerances, one), stage)
+        np.testing.assert_allclose(turned, wanted, rtol=0.0, atol=0.1 * ARCSEC)
+        np.testing.assert_allclose(peak, pressed, rtol=5e-3)
+    plain, _ = minimised(stage, x)
+    np.testing.assert_allclose(rotation, plain, rtol=0.0, atol=1e-3 * ARCSEC)
 
 
 # Beside a root the path of a pin's centre bends by 0.07 mm: there a contact moves by as much as its errors, and its

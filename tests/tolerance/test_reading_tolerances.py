@@ -123,8 +123,8 @@ def test_every_effect_can_be_a_tolerance_or_says_why_not(scattered):
         else:
             assert one.kind is kind
     assert refused == {
-        "coulomb_friction", "load_proportional_friction", "pin_support_compliance", "crank_bearing_compliance",
-        "elastoslide_friction",
+        "coulomb_friction", "elastoslide_friction", "load_proportional_friction", "pin_support_compliance",
+        "crank_bearing_compliance",
     }  # fmt: skip
 
 

@@ -6,12 +6,13 @@ Unknowns of one pose are u = (Θ, then the degrees of freedom of each disc); Θ 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
 from cycloid_profile.contact.bodies.deviations import NO_DEVIATIONS, PartDeviations
+from cycloid_profile.contact.bodies.face_width import FaceWidth
 from cycloid_profile.contact.bodies.radial_bearing import BearingLaw, bearing_law
 from cycloid_profile.geometry import CentralEccentric, Cranks, Drive
 
@@ -26,6 +27,8 @@ class SupportModel:
     ``bearing``, law of every bearing, the same in all directions; ``play``, radial, negative under preload [mm].
     ``rigid_motion`` shape (poses, unknowns): u per rad of Θ that stretches no spring.
     ``arm`` shape (unknowns,): brings every generalised force to N·mm, 1 for rotations [mm for shifts].
+    ``tilt_unknowns`` shape (discs, 2), the last of the unknowns: slopes of each disc along x and y [rad]; (0, 2)
+    without slices over the width. ``tilt_stiffness`` of all bearings of a disc [N·mm/rad].
     """
 
     disc_unknowns: IntArray
@@ -35,6 +38,8 @@ class SupportModel:
     play: float
     rigid_motion: FloatArray
     arm: FloatArray
+    tilt_unknowns: IntArray = field(default_factory=lambda: np.zeros((0, 2), dtype=np.intp))
+    tilt_stiffness: float = 0.0
 
     def motion(self, u: FloatArray) -> FloatArray:
         """(x, y, θ) of each disc, shape (poses, discs, 3) [mm, mm, rad]."""
@@ -47,11 +52,38 @@ class SupportModel:
         return replace(self, **{name: getattr(self, name)[which] for name in over_poses})
 
 
-def support_model(drive: Drive, crank_angle: FloatArray, deviations: PartDeviations = NO_DEVIATIONS) -> SupportModel:
-    """Kinematics at crank angles of shape (poses, discs) [rad]."""
+def support_model(
+    drive: Drive,
+    crank_angle: FloatArray,
+    deviations: PartDeviations = NO_DEVIATIONS,
+    width: FaceWidth | None = None,
+) -> SupportModel:
+    """Kinematics at crank angles of shape (poses, discs) [rad]; discs with slices over their ``width`` can tilt."""
     if isinstance(drive.support, Cranks):
-        return _cranks(drive, drive.support, crank_angle, deviations)
-    return _central(drive, drive.support, crank_angle)
+        plane = _cranks(drive, drive.support, crank_angle, deviations)
+    else:
+        plane = _central(drive, drive.support, crank_angle)
+    return plane if width is None else _tilting(plane, width, drive.discs)
+
+
+def _tilting(plane: SupportModel, width: FaceWidth, discs: int) -> SupportModel:
+    """The supports with two slopes of each disc as further unknowns (Eq. 119)."""
+    poses, bearings, _, before = plane.spring_stretch.shape
+    tilt = before + np.arange(2 * discs).reshape(discs, 2)
+    stretch = np.zeros((poses, bearings, 2, before + 2 * discs))
+    stretch[..., :before] = plane.spring_stretch
+    of_disc = bearings // discs
+    for j in range(discs):
+        for i in range(2):
+            stretch[:, j * of_disc : (j + 1) * of_disc, i, tilt[j, i]] = -width.bearing_offset
+    return replace(
+        plane,
+        spring_stretch=stretch,
+        rigid_motion=np.concatenate([plane.rigid_motion, np.zeros((poses, 2 * discs))], axis=1),
+        arm=np.concatenate([plane.arm, np.ones(2 * discs)]),
+        tilt_unknowns=tilt,
+        tilt_stiffness=of_disc * width.tilt_stiffness,
+    )
 
 
 def support_misfit(drive: Drive, crank_angle: FloatArray, deviations: PartDeviations) -> FloatArray:

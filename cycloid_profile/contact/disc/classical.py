@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -55,7 +55,7 @@ class Classical:
             return value[np.newaxis, np.newaxis]
 
         return LoadSharing(
-            case=case,
+            case=replace(case, width=None),
             solver="classical",
             crank_angle=np.zeros(1),
             torque=np.array([case.torque]),

@@ -14,7 +14,7 @@ from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.contact.laws import ContactLaw, LineContact, compiled_law
 from cycloid_profile.contact.mesh import OVERLAP_TOLERANCE, first_touch, mesh
 from cycloid_profile.contact.result import STATUSES, LoadSharing, SolveStatus, joined
-from cycloid_profile.contact.stage import StageEnergy, minimise
+from cycloid_profile.contact.stage import StageEnergy, WidthState, minimise
 
 # A pin with less than this share of the longest lever hardly turns the disc.
 _LONG_ARM = 0.5
@@ -65,8 +65,8 @@ class Equilibrium:
         contact = case.line_contact(found.curvature[:, 0])
         share = np.abs(torque) / case.drive.discs
         compliance = stage_compliance(case.disc_bodies, meshing)
-        if compliance.size:
-            answer = _balance_elastic(case.law, contact, gap, lever, share, self.tolerance, compliance)
+        if compliance.size or case.width is not None:
+            answer = _least_energy(case, contact, gap, lever, share, self.tolerance, compliance)
         else:
             answer = balance_moments(case.law, contact, gap, lever, share, self.tolerance, self.max_iterations)
         outcome = np.full(len(torque), STATUSES.index(SolveStatus.CONVERGED))
@@ -199,8 +199,8 @@ def balance_moments_numpy(
     return MomentBalance(beta, all_pins(approach), all_pins(force), each, rigid, stiff, residual, tuple(history))
 
 
-def _balance_elastic(
-    law: ContactLaw,
+def _least_energy(
+    case: LoadCase,
     contact: LineContact,
     gap: FloatArray,
     lever: FloatArray,
@@ -208,11 +208,13 @@ def _balance_elastic(
     tolerance: float,
     compliance: FloatArray,
 ) -> MomentBalance:
-    """``balance_moments`` of elastic discs, ``compliance`` shape (poses, forces, forces): the least energy of a stage
-    of one disc that can only turn.
+    """``balance_moments`` of elastic discs, ``compliance`` shape (poses, forces, forces), or of slices over the width:
+    the least energy of a stage of one disc that can only turn.
     """
     poses, pins = gap.shape
     one, none = (poses, 1, pins), np.zeros((poses, 0, 2))
+    law, forces = case.law, min(pins, compliance.shape[1])
+    upright = np.zeros((0, 2), dtype=np.intp)
     problem = StageEnergy(
         law=law,
         contact=replace(contact, curvature=contact.curvature.reshape(one)),
@@ -228,15 +230,16 @@ def _balance_elastic(
         torque=torque,
         rotation=np.zeros(poses),
         arm=np.ones(1),
-        compliance=np.ascontiguousarray(compliance[:, :pins, :pins]),
-        load=np.zeros((poses, pins)),
+        compliance=np.ascontiguousarray(compliance[:, :forces, :forces]),
+        load=np.zeros((poses, forces)),
+        width=None if case.width is None else WidthState(case.width, upright, np.zeros((poses, 0, 2)), 0.0),
     )
     step, load = minimise(problem, _upper_bound(law, contact, gap, lever, torque)[:, np.newaxis], tolerance)
     problem = replace(problem, gap=problem.gap - step[:, :1, np.newaxis] * problem.lever, load=load)
     point = problem.at(np.zeros_like(step))
     stiffness = problem.hessian(point)[:, 0, 0]
     steps = ((float(np.max(point.force)), float(np.max(step))),)
-    approach = np.maximum(point.approach[:, 0], 0.0)
+    approach = np.where(point.force > 0.0, point.approach, 0.0)[:, 0]
     return MomentBalance(
         step[:, 0], approach, point.force[:, 0], point.stiffness[:, 0], point.receded[:, 0], stiffness,
         problem.imbalance(point), steps,

@@ -8,6 +8,7 @@ from cycloid_profile.contact.stage.loaded_contacts import ContactChange as Conta
 from cycloid_profile.contact.stage.loaded_contacts import ContactPoints as ContactPoints
 from cycloid_profile.contact.stage.loaded_contacts import CurvedContacts as CurvedContacts
 from cycloid_profile.contact.stage.loaded_contacts import LoadedContacts as LoadedContacts
+from cycloid_profile.contact.stage.over_width import WidthState as WidthState
 from cycloid_profile.contact.stage.tangent import StageTangent as StageTangent
 from cycloid_profile.contact.stage.tangent import energy_about as energy_about
 from cycloid_profile.contact.stage.tangent import energy_with as energy_with

@@ -33,7 +33,7 @@ class StageBlock:
         self.case, self.deviations, self.tolerance, self.torque = case, deviations, tolerance, torque
         self.direction = np.sign(torque)
         self.meshing = meshing
-        self.support = support_model(case.drive, self.meshing.crank_angle, deviations)
+        self.support = support_model(case.drive, self.meshing.crank_angle, deviations, case.width)
         self.compliance = case.body_compliance(meshing)
         self.load = np.zeros(self.compliance.shape[:2])
 
@@ -145,6 +145,8 @@ class StageBlock:
         u = np.zeros_like(self.support.rigid_motion)
         u[:, self.support.disc_unknowns] = place.motion
         u[:, 0] = place.rotation
+        if place.tilt is not None:
+            u[:, self.support.tilt_unknowns] = place.tilt
         return u
 
     def _tolerance(self, active: IntArray) -> FloatArray:
@@ -242,6 +244,10 @@ class StageBlock:
         sense = self.direction[:, np.newaxis, np.newaxis]
         bearings = point.bearing_force.reshape(len(u), self.case.drive.discs, -1, 2)
         deformation = _deformation(point._replace(receded=receded))
+        approach = np.maximum(point.approach, 0.0)
+        if point.tilt is not None:
+            # The middle of a pin that carries at an edge alone may be clear of the tooth.
+            approach = np.where(point.force > 0.0, point.approach, 0.0)
         return LoadSharing(
             case=self.case,
             solver="stage",
@@ -249,7 +255,7 @@ class StageBlock:
             torque=self.torque,
             phase=sense * self.meshing.phase,
             gap=gap_at_touch,
-            approach=np.maximum(point.approach, 0.0),
+            approach=approach,
             receded=receded,
             force=point.force,
             pressure=self.case.law.peak_pressure(point.force, problem.contact),
@@ -271,6 +277,7 @@ class StageBlock:
                 normal=problem.normal_x + 1j * problem.normal_y,
                 bearing_force=bearings[..., 0] + 1j * bearings[..., 1],
                 energy=point.energy,
+                tilt=None if problem.width is None else problem.width.slope,
             ),
         )
 

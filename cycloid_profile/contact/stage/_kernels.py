@@ -26,10 +26,26 @@ ROUNDING = 1e-13
 DAMPING = 1e-9
 
 
+class SlicedWidth(NamedTuple):
+    """Slices over the face width, empty for line contacts: ``height`` from the mid-plane [mm], ``weight`` with the sum
+    1, ``relief`` [mm]; ``tilt``, unknowns of the slopes of each disc, shape (discs, 2), or (0, 2) for discs that cannot
+    tilt; ``slope`` where the gaps were taken, shape (discs, 2), of many poses (poses, discs, 2) [rad]; ``stiffness``
+    of the bearings of a disc against its tilt [N·mm/rad].
+    """
+
+    height: FloatArray
+    weight: FloatArray
+    relief: FloatArray
+    tilt: IntArray
+    slope: FloatArray
+    stiffness: float
+
+
 class PoseProblem(NamedTuple):
     """One pose: ``constant`` of each contact (``contact_constant``) and ``gap``, shape (discs, pins); ``frame``
     (3, discs, pins), normal and lever; ``own`` as ``SupportModel.disc_unknowns``; ``spring_stretch`` and ``stretch`` as
-    in ``StageEnergy``, of this pose; ``compliance`` C of the discs, shape (forces, forces) or (0, 0) [mm/N].
+    in ``StageEnergy``, of this pose; ``compliance`` C of the discs, shape (forces, forces) or (0, 0) [mm/N]; ``width``,
+    the slices.
 
     Forces are those of the pins, disc by disc, then the two components of each bearing.
     """
@@ -47,12 +63,14 @@ class PoseProblem(NamedTuple):
     rotation: float
     arm: FloatArray
     compliance: FloatArray
+    width: SlicedWidth
 
 
 class Workspace(NamedTuple):
     """Arrays of one search: ``stiffness`` of the pins; of the bearings ``now``, direction of the stretch, and ``rate``,
     stiffness along and across it, both shape (bearings, 2); ``force`` of all; rows of ``motions`` (4 + unknowns,
     unknowns) and, for elastic discs alone, of ``forces`` (7, forces); the others as in ``factorised`` and ``through``.
+    ``centre`` and ``spread`` of the pins as in ``over_width``.
     """
 
     stiffness: FloatArray
@@ -66,6 +84,8 @@ class Workspace(NamedTuple):
     place: IntArray
     weight: FloatArray
     square: FloatArray
+    centre: FloatArray
+    spread: FloatArray
 
 
 @njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
@@ -76,7 +96,8 @@ def workspace(discs: int, pins: int, bearings: int, unknowns: int, elastic: bool
     return Workspace(
         np.zeros((discs, pins)), np.zeros((bearings, 2)), np.zeros((bearings, 2)), np.zeros(n),
         np.zeros((4 + unknowns, unknowns)), np.zeros((7, m)), np.zeros((m, 1 + unknowns)), np.zeros((m, 1 + unknowns)),
-        np.zeros((m, 2), np.int64), np.zeros((m, 2)), np.zeros((m, m)),
+        np.zeros((m, 2), np.int64), np.zeros((m, 2)), np.zeros((m, m)), np.zeros((discs, pins)),
+        np.zeros((discs, pins)),
     )  # fmt: skip
 
 
@@ -181,7 +202,7 @@ def energy_at(  # pragma: no cover
     """
     frame, own, stretched = problem.frame, problem.own, problem.spring_stretch
     discs, pins = problem.gap.shape
-    elastic = receded.size > 0
+    elastic, sliced = receded.size > 0, problem.width.height.size > 0
     gradient[:] = 0.0
     energy: float = -problem.torque * (problem.rotation + step[0])
     gradient[0] = -problem.torque
@@ -192,10 +213,16 @@ def energy_at(  # pragma: no cover
             delta = frame[0, d, k] * x + frame[1, d, k] * y + frame[2, d, k] * t - problem.gap[d, k]
             if elastic:
                 delta -= receded[d * pins + k]
-            if not delta > 0.0:
-                work.force[d * pins + k], work.stiffness[d, k] = 0.0, 0.0
-                continue
-            F, rate, stored = response(problem.law, problem.constant[d, k], delta)
+            if sliced:
+                F, rate, stored = on_slices(problem, d, k, delta, step, gradient, work)
+                if not F > 0.0:
+                    work.force[d * pins + k], work.stiffness[d, k] = 0.0, 0.0
+                    continue
+            else:
+                if not delta > 0.0:
+                    work.force[d * pins + k], work.stiffness[d, k] = 0.0, 0.0
+                    continue
+                F, rate, stored = response(problem.law, problem.constant[d, k], delta)
             energy += stored
             work.force[d * pins + k], work.stiffness[d, k] = F, rate
             fx += F * frame[0, d, k]
@@ -204,6 +231,12 @@ def energy_at(  # pragma: no cover
         gradient[own[d, 0]] += fx
         gradient[own[d, 1]] += fy
         gradient[own[d, 2]] += m
+    for d in range(len(problem.width.tilt)):
+        for i in range(2):
+            a = problem.width.tilt[d, i]
+            slope = problem.width.slope[d, i] + step[a]
+            energy += 0.5 * problem.width.stiffness * slope * slope
+            gradient[a] += problem.width.stiffness * slope
     for s in range(len(stretched)):
         first = discs * pins + 2 * s
         sx, sy = problem.stretch[s, 0], problem.stretch[s, 1]
@@ -224,6 +257,76 @@ def energy_at(  # pragma: no cover
             for a in range(step.size):
                 gradient[a] += share * (stretched[s, 0, a] * sx + stretched[s, 1, a] * sy)
     return energy
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def on_slices(  # pragma: no cover
+    problem: PoseProblem, d: int, k: int, delta: float, step: FloatArray, gradient: FloatArray, work: Workspace
+) -> tuple[float, float, float]:
+    """Force, stiffness and energy of pin ``k`` on disc ``d`` with the approach ``delta`` at the mid-plane; adds the
+    moment of the force to the gradient and fills ``centre`` and ``spread`` of ``work`` (``over_width``).
+    """
+    tilt, slope = problem.width.tilt, 0.0
+    nx, ny = problem.frame[0, d, k], problem.frame[1, d, k]
+    if len(tilt) > 0:
+        at = problem.width.slope
+        slope = nx * (at[d, 0] + step[tilt[d, 0]]) + ny * (at[d, 1] + step[tilt[d, 1]])
+    F, M, rate, centre, spread, stored = over_width(problem.law, problem.constant[d, k], problem.width, delta, slope)
+    work.centre[d, k], work.spread[d, k] = centre, spread
+    if len(tilt) > 0:
+        gradient[tilt[d, 0]] += M * nx
+        gradient[tilt[d, 1]] += M * ny
+    return F, rate, stored
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def over_width(  # pragma: no cover
+    law: CompiledLaw, constant: float, width: SlicedWidth, delta: float, slope: float
+) -> tuple[float, float, float, float, float, float]:
+    """Sums over the slices of one pin, ``slope`` of the tooth along its normal (docs/theory.md, Eqs. 115, 116): force,
+    moment about the mid-plane, stiffness Σk, its ``centre`` Σkz/Σk, its ``spread`` Σkz² − (Σkz)²/Σk, and energy.
+    """
+    F, M, k0, k1, k2, energy = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for s in range(width.height.size):
+        z, w = width.height[s], width.weight[s]
+        approach = delta + z * slope - width.relief[s]
+        if approach > 0.0:
+            force, rate, stored = response(law, constant, approach)
+            force, rate = w * force, w * rate
+            F += force
+            M += z * force
+            k0 += rate
+            k1 += z * rate
+            k2 += z * z * rate
+            energy += w * stored
+    if not F > 0.0:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    centre = k1 / k0
+    return F, M, k0, centre, max(k2 - centre * k1, 0.0), energy
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def add_tilting(problem: PoseProblem, work: Workspace, hessian: FloatArray, coupled: bool) -> None:  # pragma: no cover
+    """Add what the tilt of the discs adds to the second derivative: bearings and ``spread``, and, if ``coupled``, the
+    ``centre`` of the pins.
+    """
+    tilt, frame, own = problem.width.tilt, problem.frame, problem.own
+    for d in range(len(tilt)):
+        for i in range(2):
+            hessian[tilt[d, i], tilt[d, i]] += problem.width.stiffness
+        for k in range(work.stiffness.shape[1]):
+            rate = work.stiffness[d, k]
+            if rate > 0.0:
+                centre = work.centre[d, k]
+                own_tilt = work.spread[d, k] + (rate * centre * centre if coupled else 0.0)
+                for i in range(2):
+                    for j in range(2):
+                        hessian[tilt[d, i], tilt[d, j]] += own_tilt * frame[i, d, k] * frame[j, d, k]
+                    if coupled:
+                        for b in range(3):
+                            both = rate * centre * frame[i, d, k] * frame[b, d, k]
+                            hessian[tilt[d, i], own[d, b]] += both
+                            hessian[own[d, b], tilt[d, i]] += both
 
 
 @njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
@@ -251,6 +354,7 @@ def fill_hessian(problem: PoseProblem, work: Workspace, hessian: FloatArray) -> 
             bx, by = xx * ax + xy * ay, xy * ax + yy * ay
             for b in range(unknowns):
                 hessian[a, b] += bx * stretched[s, 0, b] + by * stretched[s, 1, b]
+    add_tilting(problem, work, hessian, True)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
@@ -271,7 +375,7 @@ def elastic_direction(  # pragma: no cover
     for i in range(n):
         more_load[i] = work.force[i] - load[i]
     times(problem.compliance, more_load, recede)
-    motion_columns(problem, work.full)
+    motion_columns(problem, work)
     for i in range(n):
         work.full[i, unknowns] = -recede[i]
     count = factorised(problem, work)
@@ -284,6 +388,7 @@ def elastic_direction(  # pragma: no cover
             hessian[a, b] = 0.0
             for i in range(count):
                 hessian[a, b] += work.wide[i, a] * work.wide[i, b]
+    add_tilting(problem, work, hessian, False)
     damp(hessian, problem.arm)
     solve(hessian, right, direction)
     for i in range(count):
@@ -298,9 +403,12 @@ def elastic_direction(  # pragma: no cover
 
 
 @njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
-def motion_columns(problem: PoseProblem, full: FloatArray) -> None:  # pragma: no cover
-    """Fill the first columns of ``full`` with J, the deformation of contacts and bearings per motion."""
+def motion_columns(problem: PoseProblem, work: Workspace) -> None:  # pragma: no cover
+    """Fill the first columns of ``full`` with J, the deformation of contacts and bearings per motion; of slices, at the
+    ``centre`` of their stiffness (docs/theory.md, Eq. 118).
+    """
     own, frame, stretched = problem.own, problem.frame, problem.spring_stretch
+    tilt, full = problem.width.tilt, work.full
     discs, pins = problem.gap.shape
     unknowns = problem.arm.size
     full[:, :unknowns] = 0.0
@@ -308,6 +416,8 @@ def motion_columns(problem: PoseProblem, full: FloatArray) -> None:  # pragma: n
         for k in range(pins):
             for a in range(3):
                 full[d * pins + k, own[d, a]] += frame[a, d, k]
+            for i in range(2 if len(tilt) > 0 else 0):
+                full[d * pins + k, tilt[d, i]] = work.centre[d, k] * frame[i, d, k]
     for s in range(len(stretched)):
         full[discs * pins + 2 * s, :unknowns] = stretched[s, 0]
         full[discs * pins + 2 * s + 1, :unknowns] = stretched[s, 1]
@@ -413,7 +523,7 @@ def solve(matrix: FloatArray, right: FloatArray, found: FloatArray) -> None:  # 
 
 class StageArrays(NamedTuple):
     """``PoseProblem`` of many poses: the same fields with poses first, but for ``law``, ``own``, ``bearing`` and
-    ``arm``.
+    ``arm``; of ``width`` the slopes alone.
     """
 
     law: CompiledLaw
@@ -429,6 +539,13 @@ class StageArrays(NamedTuple):
     rotation: FloatArray
     arm: FloatArray
     compliance: FloatArray
+    width: SlicedWidth
+
+
+@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+def width_at(width: SlicedWidth, slope: FloatArray) -> SlicedWidth:  # pragma: no cover
+    """The same slices where the discs have these slopes, shape (discs, 2)."""
+    return SlicedWidth(width.height, width.weight, width.relief, width.tilt, slope, width.stiffness)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
@@ -437,7 +554,7 @@ def pose_problem(stage: StageArrays, p: int) -> PoseProblem:  # pragma: no cover
     return PoseProblem(
         stage.law, stage.constant[p], stage.gap[p], stage.frame[p], stage.own, stage.spring_stretch[p],
         stage.stretch[p], stage.bearing, stage.play[p], stage.torque[p], stage.rotation[p], stage.arm,
-        stage.compliance[p],
+        stage.compliance[p], width_at(stage.width, stage.width.slope[p]),
     )  # fmt: skip
 
 

@@ -15,6 +15,7 @@ from cycloid_profile.contact.bodies import PartDeviations, SupportModel
 from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.contact.laws import compiled_law
 from cycloid_profile.contact.mesh import LEAST_REACH, Gaps, Meshing, capture_radius
+from cycloid_profile.contact.stage.over_width import sliced_width
 from cycloid_profile.geometry import ToothProfile
 
 # Rounds of exact gaps, and of whole steps among them: an unloaded disc within its play can swing between two places.
@@ -76,7 +77,9 @@ def settled_near(
             np.ascontiguousarray(support.misfit), support.bearing.compiled(), float(support.play), np.array(torque),
             support.arm, np.ascontiguousarray(support.rigid_motion),
             LEAST_REACH * case.profile.trochoid.longest_lever, overclosure, tolerance,
-            np.array([REFRESHES, WHOLE_STEPS]), compliance, u, load, found, gap, frame, curvature, settled,
+            np.array([REFRESHES, WHOLE_STEPS]), compliance,
+            sliced_width(case.width, support.tilt_unknowns, np.zeros((0, 2)), support.tilt_stiffness),
+            u, load, found, gap, frame, curvature, settled,
         )  # fmt: skip
         moved = np.where(gap < _MATTERS, np.abs(found - about), 0.0)
         holds = known & settled

@@ -17,10 +17,12 @@ from cycloid_profile.contact.laws._kernels import contact_constant
 from cycloid_profile.contact.laws.compiled import CompiledLaw
 from cycloid_profile.contact.stage._kernels import (
     PoseProblem,
+    SlicedWidth,
     energy_at,
     imbalance,
     least_energy,
     times,
+    width_at,
     workspace,
 )
 
@@ -52,6 +54,7 @@ def settle(  # pragma: no cover - compiled, out of the sight of the coverage too
     tolerance: FloatArray,
     limits: IntArray,
     compliance: FloatArray,
+    width: SlicedWidth,
     u: FloatArray,
     load: FloatArray,
     foot: FloatArray,
@@ -67,8 +70,8 @@ def settle(  # pragma: no cover - compiled, out of the sight of the coverage too
     ``capture`` (poses, discs, pins), capture radius of each pin; ``removal`` (poses, discs, pins, 3),
     value and derivatives at the phase ``about``; ``along`` (poses, unknowns), the motion of all as one;
     ``compliance`` (poses, forces, forces) and ``load`` (poses, forces) of elastic bodies as in ``StageEnergy``;
-    ``tolerance`` (poses,); ``limits``, refreshes and whole steps. The others as
-    in ``StageEnergy`` and ``Meshing``.
+    ``width``, the slices, their slopes not read; ``tolerance`` (poses,); ``limits``, refreshes and whole steps. The
+    others as in ``StageEnergy`` and ``Meshing``.
     """
     poses, discs, pins = gap.shape
     bearings, unknowns = spring_stretch.shape[1], arm.size
@@ -76,7 +79,7 @@ def settle(  # pragma: no cover - compiled, out of the sight of the coverage too
     for p in prange(poses):
         step, work = np.zeros(unknowns), workspace(discs, pins, bearings, unknowns, elastic)
         constant, stretch, still = np.empty((discs, pins)), np.empty((bearings, 2)), np.zeros(unknowns)
-        receded = np.zeros(load.shape[1])
+        slope, receded = np.zeros((len(width.tilt), 2)), np.zeros(load.shape[1])
         sense = 1.0 if torque[p] > 0.0 else -1.0
         settled[p] = False
         for refresh in range(limits[0]):
@@ -102,8 +105,11 @@ def settle(  # pragma: no cover - compiled, out of the sight of the coverage too
                     stretch[s, i] = misfit[p, s, i]
                     for a in range(unknowns):
                         stretch[s, i] += spring_stretch[p, s, i, a] * u[p, a]
+            for d in range(len(slope)):
+                for i in range(2):
+                    slope[d, i] = u[p, width.tilt[d, i]]
             problem = PoseProblem(law, constant, gap[p], frame[p], own, spring_stretch[p], stretch, bearing, play,
-                                  torque[p], u[p, 0], arm, compliance[p])  # fmt: skip
+                                  torque[p], u[p, 0], arm, compliance[p], width_at(width, slope))  # fmt: skip
             if elastic:
                 times(compliance[p], load[p], receded)
             energy_at(problem, still, receded, work.motions[2], work)

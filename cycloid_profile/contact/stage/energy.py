@@ -16,6 +16,7 @@ from cycloid_profile.contact.bodies import BearingLaw, SupportModel
 from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.contact.laws import ContactLaw, LineContact, compiled_law, contact_constants
 from cycloid_profile.contact.mesh import Gaps
+from cycloid_profile.contact.stage.over_width import PinTilt, WidthState, no_slices
 
 if TYPE_CHECKING:
     from cycloid_profile.contact.stage._kernels import StageArrays
@@ -27,7 +28,8 @@ class EnergyPoint(NamedTuple):
     ``energy`` shape (poses,) [N·mm]; ``gradient`` shape (poses, unknowns), the generalised forces out of
     balance; ``approach`` [mm], ``force`` [N] and ``stiffness`` [N/mm] of the pins, shape (poses, discs, pins);
     ``receded``, how far an elastic disc gives way at each pin, of the same shape [mm];
-    ``stretch`` [mm] and ``bearing_force`` [N] of the bearings, shape (poses, bearings, 2).
+    ``stretch`` [mm] and ``bearing_force`` [N] of the bearings, shape (poses, bearings, 2); ``tilt`` of pins, None
+    without slices over the width.
     """
 
     energy: FloatArray
@@ -38,6 +40,7 @@ class EnergyPoint(NamedTuple):
     receded: FloatArray
     stretch: FloatArray
     bearing_force: FloatArray
+    tilt: PinTilt | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +55,7 @@ class StageEnergy:
 
     ``compliance`` of elastic discs, shape (poses, forces, forces) [mm/N], and the forces ``load`` that deform them,
     shape (poses, forces) [N]: of the pins, disc by disc, then the two components of each bearing. Rigid discs have no
-    forces, both arrays are empty.
+    forces, both arrays are empty. ``width``, the slices over the face width; None for an even load.
     """
 
     law: ContactLaw
@@ -71,6 +74,7 @@ class StageEnergy:
     arm: FloatArray
     compliance: FloatArray
     load: FloatArray
+    width: WidthState | None = None
 
     @classmethod
     def about(
@@ -84,6 +88,7 @@ class StageEnergy:
         load: FloatArray,
     ) -> StageEnergy:
         """Energy about unknowns ``u`` of ``support``, shape (poses, unknowns), where the pins have these ``gaps``."""
+        tilt = support.tilt_unknowns
         return cls(
             law=case.law,
             contact=case.line_contact(gaps.curvature),
@@ -101,15 +106,17 @@ class StageEnergy:
             arm=support.arm,
             compliance=compliance,
             load=load,
+            width=None if case.width is None else WidthState(case.width, tilt, u[:, tilt], support.tilt_stiffness),
         )
 
     def poses(self, which: BoolArray) -> StageEnergy:
         """The energy of the poses that ``which`` selects."""
-        one_for_all = {"law", "contact", "disc_unknowns", "bearing", "arm"}
+        one_for_all = {"law", "contact", "disc_unknowns", "bearing", "arm", "width"}
         if not isinstance(self.play, np.ndarray):
             one_for_all.add("play")
         cut = {f.name: getattr(self, f.name)[which] for f in fields(self) if f.name not in one_for_all}
-        return replace(self, **cut, contact=replace(self.contact, curvature=self.contact.curvature[which]))
+        width = None if self.width is None else replace(self.width, slope=self.width.slope[which])
+        return replace(self, **cut, contact=replace(self.contact, curvature=self.contact.curvature[which]), width=width)
 
     def at(self, step: FloatArray) -> EnergyPoint:
         """Energy and forces a ``step`` away, shape (poses, unknowns) [mm, rad], the discs under their ``load``."""
@@ -117,11 +124,11 @@ class StageEnergy:
         receded, at_bearings = self._receded()
         approach = self.normal_x * moved[..., 0] + self.normal_y * moved[..., 1] + self.lever * moved[..., 2] - self.gap
         approach -= receded
-        touching = approach > 0.0
-        force, stiffness, stored = (np.zeros_like(approach) for _ in range(3))
-        force[touching], stiffness[touching], stored[touching] = self.law.response(
-            approach[touching], self.contact.at(touching)
-        )
+        tilt = None
+        if self.width is None:
+            force, stiffness, stored = self._pressed(approach)
+        else:
+            force, stiffness, stored, tilt = self._on_slices(self.width, approach, self.width.moved(step))
         on_disc = np.stack(
             [np.einsum("pdk,pdk->pd", force, along) for along in (self.normal_x, self.normal_y, self.lever)], axis=-1
         )
@@ -133,10 +140,46 @@ class StageEnergy:
         for j, own in enumerate(self.disc_unknowns):
             gradient[:, own] += on_disc[:, j]
         gradient[:, 0] -= self.torque
+        if self.width is not None and tilt is not None and self.width.unknowns.size:
+            slope = self.width.moved(step)
+            for i, along in enumerate((self.normal_x, self.normal_y)):
+                gradient[:, self.width.unknowns[:, i]] += np.sum(tilt.moment * along, axis=2)
+                gradient[:, self.width.unknowns[:, i]] += self.width.stiffness * slope[..., i]
         energy = np.sum(stored, axis=(1, 2)) + np.sum(held.energy, axis=1)
         energy += 0.5 * np.einsum("pi,pij,pj->p", self.load, self.compliance, self.load)
         energy -= self.torque * (self.rotation + step[:, 0])
-        return EnergyPoint(energy, gradient, approach, force, stiffness, receded, stretch, bearing_force)
+        if self.width is not None:
+            energy += 0.5 * self.width.stiffness * np.sum(self.width.moved(step) ** 2, axis=(1, 2))
+        return EnergyPoint(energy, gradient, approach, force, stiffness, receded, stretch, bearing_force, tilt)
+
+    def _pressed(self, approach: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Force, stiffness and energy at approaches of any sign, shape of ``gap``."""
+        touching = approach > 0.0
+        force, stiffness, stored = (np.zeros_like(approach) for _ in range(3))
+        force[touching], stiffness[touching], stored[touching] = self.law.response(
+            approach[touching], self.contact.at(touching)
+        )
+        return force, stiffness, stored
+
+    def _on_slices(
+        self, width: WidthState, approach: FloatArray, slopes: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray, PinTilt]:
+        """Force, stiffness and energy of the slices of each pin together, shape of ``gap`` (Eqs. 115, 116)."""
+        slope = np.zeros_like(approach)
+        if slopes.size:
+            slope += self.normal_x * slopes[..., :1] + self.normal_y * slopes[..., 1:]
+        force, moment, stored, k0, k1, k2 = (np.zeros_like(approach) for _ in range(6))
+        heights, weights = width.face.rule
+        for z, w, relief in zip(heights, weights, width.face.relief(heights), strict=True):
+            each = self._pressed(approach + z * slope - relief)
+            force += w * each[0]
+            moment += w * z * each[0]
+            k0 += w * each[1]
+            k1 += w * z * each[1]
+            k2 += w * z**2 * each[1]
+            stored += w * each[2]
+        centre = k1 / np.where(k0 > 0.0, k0, 1.0)
+        return force, k0, stored, PinTilt(slope, moment, centre, np.maximum(k2 - centre * k1, 0.0))
 
     def _receded(self) -> tuple[FloatArray, FloatArray]:
         """How far the discs give way at pins, shape of ``gap``, and at bearings, shape of ``stretch`` [mm]."""
@@ -148,19 +191,43 @@ class StageEnergy:
 
     @property
     def by_motion(self) -> FloatArray:
-        """J, deformation of pins and bearings per motion, shape (poses, forces, unknowns)."""
+        """J, deformation of pins and bearings per motion, shape (poses, forces, unknowns).
+
+        With slices over the width, the slope of the tooth at each pin and both slopes of each disc follow.
+        """
         poses, discs, pins = self.gap.shape
         found = np.zeros((poses, discs, pins, self.arm.size))
         for j, own in enumerate(self.disc_unknowns):
             for unknown, along in zip(own, (self.normal_x, self.normal_y, self.lever), strict=True):
                 found[:, j, :, unknown] += along[:, j]
         bearings = self.spring_stretch.reshape(poses, -1, self.arm.size)
-        return np.concatenate([found.reshape(poses, -1, self.arm.size), bearings], axis=1)
+        both = np.concatenate([found.reshape(poses, -1, self.arm.size), bearings], axis=1)
+        if self.width is None:
+            return both
+        tilted, slopes = np.zeros_like(found), np.zeros((poses, self.width.unknowns.size, self.arm.size))
+        for j, unknowns in enumerate(self.width.unknowns):
+            for unknown, along in zip(unknowns, (self.normal_x, self.normal_y), strict=True):
+                tilted[:, j, :, unknown] = along[:, j]
+        slopes[:, range(self.width.unknowns.size), self.width.unknowns.ravel()] = 1.0
+        return np.concatenate([both, tilted.reshape(poses, -1, self.arm.size), slopes], axis=1)
 
     def stiffness_times(self, point: EnergyPoint, deformation: FloatArray) -> FloatArray:
         """Forces of pins and bearings due to small deformations, shape (poses, forces, columns): K (I + C K)⁻¹ times
-        each column, K the stiffness of contacts and bearings alone (Eq. 82).
+        each column, K the stiffness of contacts and bearings alone (Eq. 82). Rows as in ``by_motion``.
         """
+        if point.tilt is None or self.width is None:
+            return self._plane_stiffness_times(point, deformation)
+        # Eq. 118: a force acts at the centre of its stiffness, the spread about that centre resists the slope.
+        poses, pins, plane = len(deformation), self.gap[0].size, self.gap[0].size + self.stretch[0].size
+        centre, spread = (each.reshape(poses, -1, 1) for each in (point.tilt.centre, point.tilt.spread))
+        slope, slopes = deformation[:, plane : plane + pins], deformation[:, plane + pins :]
+        closed = deformation[:, :plane].copy()
+        closed[:, :pins] += centre * slope
+        force = self._plane_stiffness_times(point, closed)
+        moment = centre * force[:, :pins] + spread * slope
+        return np.concatenate([force, moment, self.width.stiffness * slopes], axis=1)
+
+    def _plane_stiffness_times(self, point: EnergyPoint, deformation: FloatArray) -> FloatArray:
         if self.load.size:
             from cycloid_profile.contact.stage._kernels import elastic_stiffness_times
 
@@ -168,9 +235,9 @@ class StageEnergy:
             elastic_stiffness_times(self.arrays(), self.load, np.ascontiguousarray(deformation), found)
             return found
         pins = point.stiffness.reshape(len(deformation), -1, 1)
-        at = deformation[:, pins.shape[1] :].reshape(*point.stretch.shape, -1)
+        at = deformation[:, pins.shape[1] :].reshape(*point.stretch.shape, deformation.shape[2])
         bearings = np.einsum("psde,psec->psdc", self.bearing_tangent(point), at)
-        flat = bearings.reshape(len(deformation), -1, deformation.shape[2])
+        flat = bearings.reshape(len(deformation), point.stretch[0].size, deformation.shape[2])
         return np.concatenate([pins * deformation[:, : pins.shape[1]], flat], axis=1)
 
     def hessian(self, point: EnergyPoint) -> FloatArray:
@@ -225,6 +292,7 @@ class StageEnergy:
             rotation=np.ascontiguousarray(self.rotation),
             arm=self.arm,
             compliance=np.ascontiguousarray(self.compliance),
+            width=no_slices(np.zeros((len(self.gap), 0, 2))) if self.width is None else self.width.arrays(),
         )
 
 

@@ -12,7 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
-from cycloid_profile.contact.bodies import PartDeviations
+from cycloid_profile.contact.bodies import FaceWidth, PartDeviations
+from cycloid_profile.contact.case import LoadCase
+from cycloid_profile.contact.laws import LineContact
 from cycloid_profile.contact.mesh import nearest_foot
 from cycloid_profile.contact.result import LoadSharing
 
@@ -215,6 +217,11 @@ def curved_contacts(sharing: LoadSharing, deviations: PartDeviations) -> CurvedC
         (of(loaded.force, around[0]) - of(loaded.force, around[1])) / (2.0 * _CURVATURE_STEP)
         for of in (case.law.approach, case.law.peak_pressure)
     )
+    by_curvature = -loaded.stiffness * approach
+    if case.width is not None:
+        there = (sharing.approach[some], sharing.slope[some])
+        ahead, behind = (_force_on_slices(case, case.width, *there, contact) for contact in around)
+        by_curvature = (ahead - behind) / (2.0 * _CURVATURE_STEP)
     oversize = 0.0 if deviations.pin_oversize is None else deviations.pin_oversize[loaded.pin]
     return CurvedContacts(
         **{one.name: getattr(loaded, one.name) for one in fields(loaded) if one.name not in ("foot", "curvature")},
@@ -223,6 +230,16 @@ def curved_contacts(sharing: LoadSharing, deviations: PartDeviations) -> CurvedC
         reach=reach,
         distance=case.drive.pin_radius + oversize - sharing.approach[some],
         curvature_rate=rate,
-        force_by_curvature=-loaded.stiffness * approach,
+        force_by_curvature=by_curvature,
         pressure_by_curvature=pressure,
     )
+
+
+def _force_on_slices(
+    case: LoadCase, width: FaceWidth, approach: FloatArray, slope: FloatArray, contact: LineContact
+) -> FloatArray:
+    """Force of each contact over the slices of the width, its ``approach`` at mid-height, shape (contacts,) [N]."""
+    force = np.zeros_like(approach)
+    for z, weight in zip(*width.rule, strict=True):
+        force += weight * case.law.force(approach + z * slope - width.relief(z), contact)
+    return force

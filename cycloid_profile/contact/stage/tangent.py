@@ -87,7 +87,8 @@ class StageTangent:
     @cached_property
     def bearings(self) -> FloatArray:
         """Rotation of the output per unloaded deflection of each bearing, shape (poses, bearings, 2) [rad/mm]."""
-        by_stretch: FloatArray = -self._under_unit_torque[:, self.sharing.force[0].size :]
+        pins = self.sharing.force[0].size
+        by_stretch: FloatArray = -self._under_unit_torque[:, pins : pins + self.energy.stretch[0].size]
         return by_stretch.reshape(self.energy.stretch.shape)
 
     @cached_property
@@ -119,7 +120,7 @@ class StageTangent:
         for number, (one, misfit) in enumerate(zip(derived, misfits, strict=True), start=unknowns):
             deformation[contacts.pose, row, number] = one.force / contacts.stiffness
             if misfit is not None:
-                deformation[:, pins:, number] = misfit.reshape(len(misfit), -1)
+                deformation[:, pins : pins + misfit[0].size, number] = misfit.reshape(len(misfit), -1)
         forces = energy.stiffness_times(self.point, deformation)
         balance = np.swapaxes(energy.by_motion, 1, 2) @ forces
         where = (contacts.pose[:, np.newaxis, np.newaxis], own[:, :, np.newaxis], own[:, np.newaxis, :])
@@ -151,7 +152,7 @@ def energy_about(sharing: LoadSharing, deviations: PartDeviations = NO_DEVIATION
         raise LoadError(
             "solver", sharing.solver, "keeps the crank fixed and has no bearing model", "solve the whole stage"
         )
-    support = support_model(sharing.case.drive, stage.meshing.crank_angle, deviations)
+    support = support_model(sharing.case.drive, stage.meshing.crank_angle, deviations, sharing.case.width)
     # An unloaded pin is out of reach: with the recession of its disc alone, rounding would decide whether it touches.
     receded = sum(sharing.receded_supports.values(), sharing.receded)
     gap = np.where(sharing.force > 0.0, -sharing.approach - receded, np.inf)
@@ -166,5 +167,7 @@ def energy_with(sharing: LoadSharing, support: SupportModel, gaps: Gaps) -> Stag
     u[:, 0] = sharing.rotation
     for j, own in enumerate(support.disc_unknowns):
         u[:, own] = sharing.stage.motion[:, j]
+    if sharing.stage.tilt is not None:
+        u[:, support.tilt_unknowns] = sharing.stage.tilt
     compliance = sharing.case.body_compliance(sharing.stage.meshing)
     return StageEnergy.about(sharing.case, support, gaps, u, sharing.torque, compliance, sharing.load)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from cycloid_profile.design import flank_relief
 from cycloid_profile.export.curves import FIT_SHARE, Arcs, ProfileSource, deviation, disc_arcs
 from cycloid_profile.export.nc._chain import arc_block, chain_blocks, line_block
 from cycloid_profile.export.nc.dialects import Block, NcDialect, dialect_of, read_gcode, render
@@ -87,6 +89,28 @@ def lobes_note(source: ProfileSource) -> list[Block]:
     return comments("LOBES DIFFER: CLAMP THE DISC WITH ITS LOBE 1 ON THE X AXIS")
 
 
+def width_note(source: ProfileSource) -> list[Block]:
+    """Comments on the relief of the flanks along the axis, which the program does not cut."""
+    relief, b = flank_relief(source.spec), source.drive.disc_width
+    if not relief:
+        return []
+    texts = ["CONTOUR AT MID-HEIGHT. RELIEF ALONG THE AXIS IS NOT IN THIS PROGRAM: DRESS OR SWING THE WHEEL TO IT"]
+    if relief.crowning:
+        radius = b**2 / (8.0 * relief.crowning)
+        texts.append(f"CROWNING {relief.crowning / UM:g} MICROMETRE AT BOTH EDGES OF {b:g} MM, RADIUS {radius:.0f} MM")
+    if relief.edge_relief:
+        depth, length = relief.edge_relief / UM, relief.edge_length
+        texts.append(f"EDGE RELIEF {depth:g} MICROMETRE MORE OVER THE LAST {length:g} MM AT BOTH EDGES, A PARABOLA")
+    if relief.taper:
+        angle = math.degrees(math.atan(abs(relief.taper) / b)) * 3600.0
+        edge = "UPPER" if relief.taper > 0.0 else "LOWER"
+        texts.append(
+            f"TAPER {abs(relief.taper) / UM:g} MICROMETRE OVER THE WIDTH, {angle:.1f} ARC SECONDS,"
+            f" MORE REMOVED AT THE {edge} EDGE"
+        )
+    return comments(*texts)
+
+
 def contour_chain(source: ProfileSource, tolerance: float) -> Arcs:
     """Arcs round the disc from a tip, clockwise, or anticlockwise with G42, within ``tolerance`` [mm]."""
     chain = started_at_tip(disc_arcs(source.profile, FIT_SHARE * tolerance), source)
@@ -139,6 +163,7 @@ def _head(source: ProfileSource, tolerance: float, radius: float, post: NcDialec
             f"X Y IN MM FROM THE BORE AXIS, TOOTH ROOT 1 ON THE X AXIS, {direction}",
         ),
         *lobes_note(source),
+        *width_note(source),
         *comments(f"ARCS WITHIN {tolerance / UM:.3f} MICROMETRE, {post.decimals} DECIMALS"),
         Block("contour"),
     ]

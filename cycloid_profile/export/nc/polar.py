@@ -11,7 +11,7 @@ import numpy as np
 from cycloid_profile._display import Described
 from cycloid_profile.arrays import ComplexArray, FloatArray
 from cycloid_profile.export.curves import FIT_SHARE, Deviation, ProfileSource, deviation
-from cycloid_profile.export.nc.contour import comments, lobes_note
+from cycloid_profile.export.nc.contour import comments, lobes_note, width_note
 from cycloid_profile.export.nc.dialects import Block, NcDialect, dialect_of, read_revolution, render
 from cycloid_profile.export.nc.polar_motion import PolarPath, polar_path
 from cycloid_profile.export.nc.wheel import clearance, groove_stock, wheel_radius
@@ -250,6 +250,7 @@ def _head(record: ProfileSource, grinding: PolarGrinding) -> list[Block]:
             "STARTS AT A TIP. C RISES BY 360 IN EVERY TURN: ITS DISPLAY MAY ROLL OVER, THE STEPS ARE INCREMENTAL",
         ),
         *lobes_note(record),
+        *width_note(record),
         *comments(
             f"WITHIN {export.chord_tolerance_um:.3f} MICROMETRE OF TANGENCY, {len(feed.time)} STEPS A TURN",
             f"CONTACT RUNS AT {reached:.1f} TO {float(np.max(feed.speed)) * 60.0:.1f} MM/MIN ALONG THE FLANK,"

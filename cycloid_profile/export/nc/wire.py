@@ -24,7 +24,7 @@ from cycloid_profile.export.nc._chain import (
     offset_left,
     started_near,
 )
-from cycloid_profile.export.nc.contour import comments, lobes_note, started_at_tip
+from cycloid_profile.export.nc.contour import comments, lobes_note, started_at_tip, width_note
 from cycloid_profile.export.nc.dialects import Block, NcDialect, cutting_runs, dialect_of, read_moves, render
 from cycloid_profile.export.writing import SingleFileExporter, WrittenFile, plain_name
 from cycloid_profile.geometry import Contour
@@ -158,6 +158,7 @@ def _program(record: DesignRecord, cuts: list[Cut], tolerance: float, post: NcDi
             "X Y IN MM FROM THE BORE AXIS, TOOTH ROOT 1 ON THE X AXIS",
         ),
         *lobes_note(record),
+        *width_note(record),
         *comments(f"ARCS WITHIN {tolerance / UM:.3f} MICROMETRE, {post.decimals} DECIMALS"),
         Block("contour"),
         Block("feed", {"f": wire.feed_mm_per_min}),

@@ -10,11 +10,20 @@ from pathlib import Path
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray, IntArray
+from cycloid_profile.design import flank_relief
 from cycloid_profile.export.curves import ProfileSource, deviation
-from cycloid_profile.export.points.tables import EQUAL_SPACINGS, POINT_RESOLUTION, fixed_decimals, write_table
+from cycloid_profile.export.points.tables import (
+    EQUAL_SPACINGS,
+    POINT_RESOLUTION,
+    fixed_decimals,
+    from_mid_height,
+    relieved_points,
+    write_table,
+)
 from cycloid_profile.export.writing import SingleFileExporter, WrittenFile, plain_name
 from cycloid_profile.geometry import ToothPoints, sample
 
+_RELIEVED = (0.5, 0.1, 0.9)  # of the face width: where flanks with relief are measured, mid-height first
 _WIDTH = 72  # columns of data; the last eight of eighty number the lines
 _SEQUENCE = re.compile(r"\w+ *= *MDI */ *(\d+) *,([-+0-9., Ee]*)")
 
@@ -28,7 +37,9 @@ def measuring_points(source: ProfileSource) -> tuple[ToothPoints, IntArray]:
 
 @dataclass(frozen=True)
 class CmmExporter(SingleFileExporter[ProfileSource]):
-    """Writes ``cmm_nominal.csv``: nominal points with outward normals at equal arc, at mid face width."""
+    """Writes ``cmm_nominal.csv``: nominal points with outward normals at equal arc, at mid face width; flanks with
+    relief along the axis at further heights, their numbers running on.
+    """
 
     format: str = "cmm"
     filename: str = "cmm_nominal.csv"
@@ -36,19 +47,24 @@ class CmmExporter(SingleFileExporter[ProfileSource]):
     def write_file(self, source: ProfileSource, path: Path) -> WrittenFile:
         """See ``SingleFileExporter.write_file``."""
         points, lobe = measuring_points(source)
-        n, zero = points.normal, np.zeros(lobe.size)
-        x, y = points.xy.T
+        b, relieved = source.drive.disc_width, bool(flank_relief(source.spec))
+        heights = [share * b for share in (_RELIEVED if relieved else (0.5,))]
+        xyz, normal = (each.reshape(-1, 3) for each in relieved_points(source, points, heights))
+        x, y, z = xyz.T
+        nx, ny, nz = normal.T
+        count = len(heights)
         back = write_table(
             path,
             (
-                ("point", zero + np.arange(1, lobe.size + 1), 0), ("lobe", zero + lobe, 0),
-                ("psi_rad", points.phase, 9), ("x_mm", x, 9), ("y_mm", y, 9),
-                ("z_mm", zero + 0.5 * source.drive.disc_width, 4), ("nx", n.real, 9), ("ny", n.imag, 9),
-                ("nz", zero, 0),
+                ("point", np.arange(1.0, x.size + 1.0), 0), ("lobe", np.tile(lobe.astype(np.float64), count), 0),
+                ("psi_rad", np.tile(points.phase, count), 9), ("x_mm", x, 9), ("y_mm", y, 9), ("z_mm", z, 4),
+                ("nx", nx, 9), ("ny", ny, 9), ("nz", nz, 9 if relieved else 0),
             ),
         )  # fmt: skip
-        found = deviation(source.profile, back[:, 3] + 1j * back[:, 4])
-        return self.measured(POINT_RESOLUTION, found, "numpy", {"points": len(back), "lobes": int(back[-1, 1])})
+        # Heights are written to 0.1 µm, which no relief feels.
+        found = from_mid_height(source, np.stack([back[:, 3], back[:, 4], z], axis=1), back[:, 6:])
+        entities = {"points": len(back), "lobes": int(back[-1, 1])} | ({"heights": count} if relieved else {})
+        return self.measured(POINT_RESOLUTION, found, "numpy", entities)
 
 
 @dataclass(frozen=True)

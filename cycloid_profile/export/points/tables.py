@@ -9,9 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from cycloid_profile.arrays import FloatArray
+from cycloid_profile.arrays import ComplexArray, FloatArray
+from cycloid_profile.design import flank_relief
 from cycloid_profile.errors import ExportError
-from cycloid_profile.export.curves import ProfileSource, chord_points, deviation
+from cycloid_profile.export.curves import Deviation, ProfileSource, chord_points, deviation
 from cycloid_profile.export.writing import SingleFileExporter, WrittenFile
 from cycloid_profile.geometry import (
     ChordTolerance,
@@ -29,6 +30,7 @@ from cycloid_profile.units import UM
 Column = tuple[str, FloatArray, int]
 POINT_RESOLUTION = 1e-9  # mm, last decimal written
 EQUAL_SPACINGS: dict[str, Callable[[int], Sampling]] = {"equal-arc": EqualArc, "equal-normal-angle": EqualNormalAngle}
+_CLOUD, _HEIGHTS = "profile_width.csv", 11
 _MOST_POINTS, _GROWTH = 20_000, 1.05  # per lobe
 
 
@@ -38,6 +40,11 @@ class ProfileCsvExporter(SingleFileExporter[ProfileSource]):
 
     format: str = "csv"
     filename: str = "profile.csv"
+
+    def write(self, source: ProfileSource, folder: Path) -> tuple[WrittenFile, ...]:
+        """See ``Exporter.write``; flanks with relief along the axis add ``profile_width.csv``."""
+        written = super().write(source, folder)
+        return (*written, _write_cloud(source, folder / _CLOUD)) if flank_relief(source.spec) else written
 
     def write_file(self, source: ProfileSource, path: Path) -> WrittenFile:
         """Write and read back; the deviation includes the chords between points, unless their number was given."""
@@ -57,6 +64,50 @@ class ProfileCsvExporter(SingleFileExporter[ProfileSource]):
             tolerance = export.chord_tolerance_um * UM
             found = replace(found, largest=max(found.largest, _chord_error(source.profile, points)))
         return self.measured(tolerance, found, "numpy", {"points": len(back)})
+
+
+def relieved_points(
+    source: ProfileSource, points: ToothPoints, heights: Sequence[float]
+) -> tuple[FloatArray, FloatArray]:
+    """Points of the flanks with their relief at some heights above the lower face, and their outward unit normals,
+    shape (heights, points, 3) both [mm].
+
+    The relief is removed along the normal of the tooth; where it grows with the height, the normal leans up.
+    """
+    relief, width, n = flank_relief(source.spec), source.drive.disc_width, points.normal
+    z = np.asarray(heights)[:, np.newaxis] + np.zeros(n.size)
+    at = points.position - relief.at(z - 0.5 * width, width) * n
+    lean = relief.slope(z - 0.5 * width, width)
+    upright = 1.0 / np.hypot(1.0, lean)
+    normal = np.stack([n.real * upright, n.imag * upright, lean * upright], axis=-1)
+    return np.stack([at.real, at.imag, z], axis=-1), normal
+
+
+def from_mid_height(source: ProfileSource, xyz: FloatArray, normal: FloatArray) -> Deviation:
+    """Distance from the exact tooth of points (x, y, z) on relieved flanks, their relief put back; shape (points, 3)
+    both."""
+    width = source.drive.disc_width
+    relief = flank_relief(source.spec).at(xyz[:, 2] - 0.5 * width, width)
+    n: ComplexArray = normal[:, 0] + 1j * normal[:, 1]
+    at: ComplexArray = xyz[:, 0] + 1j * xyz[:, 1]
+    return deviation(source.profile, at + relief * (n / np.abs(n)))
+
+
+def _write_cloud(source: ProfileSource, path: Path) -> WrittenFile:
+    """The flanks as points at several heights, spaced like measuring points round the disc."""
+    export, b = source.spec.export, source.drive.disc_width
+    points = sample(source.profile, EQUAL_SPACINGS[export.cmm_spacing](export.cmm_points_per_lobe))
+    begins = flank_relief(source.spec).edge_length
+    heights = sorted({*np.linspace(0.0, b, _HEIGHTS).tolist(), *((begins, b - begins) if begins else ())})
+    xyz, normal = (each.reshape(-1, 3) for each in relieved_points(source, points, heights))
+    psi = np.tile(points.phase, len(heights))
+    names = ("z_mm", "x_mm", "y_mm", "nx", "ny", "nz")
+    values = (xyz[:, 2], xyz[:, 0], xyz[:, 1], *normal.T)
+    columns = [(name, each, 9) for name, each in zip(names, values, strict=True)]
+    back = write_table(path, [("psi_rad", psi, 10), *columns])
+    found = from_mid_height(source, back[:, [2, 3, 1]], back[:, 4:])
+    count = {"points": len(back), "heights": len(heights)}
+    return WrittenFile(path.name, "csv", POINT_RESOLUTION, found, "numpy", count)
 
 
 def _profile_points(export: ExportSpec, profile: ToothProfile) -> ToothPoints:

@@ -2,6 +2,7 @@
 
 from cycloid_profile.plot.design.loads import load_map as load_map
 from cycloid_profile.plot.design.loads import load_sharing as load_sharing
+from cycloid_profile.plot.design.loads import pressure_over_width as pressure_over_width
 from cycloid_profile.plot.design.loads import rotation_by_part as rotation_by_part
 from cycloid_profile.plot.design.loads import stage_load as stage_load
 from cycloid_profile.plot.design.polar_path_views import polar_path as polar_path

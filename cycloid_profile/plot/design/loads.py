@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _DOTS = 250  # contacts beyond which dots overlap
+_HEIGHTS = 46  # cells over the face width
 _LINES = (("-", BLUE), ("--", ORANGE), ("-.", GREEN), (":", SKY))
 _PARTS = (("0.75", ""), (BLUE, ""), (SKY, ""), (ORANGE, ""), (GREEN, ""), (BLUE, "//"), (ORANGE, "\\\\"), (GREEN, ".."))
 _PHASE = "phase ψ of the pin [°]"
@@ -83,6 +84,32 @@ def load_map(result: DesignRecord | LoadSharing, ax: Any = None) -> Any:
             drawn.title("", torque)
         else:
             drawn.title(result.spec.name, f"{torque}, tooth as ground")
+    return drawn.axes
+
+
+def pressure_over_width(result: DesignRecord | LoadSharing, ax: Any = None) -> Any:
+    """Peak pressure on the pins of disc 1 over its face width, at the pose of the largest; white without contact."""
+    loaded = result if isinstance(result, LoadSharing) else result.under_load
+    b, pins = loaded.case.drive.disc_width, loaded.case.drive.trochoid.pins
+    worst = int(np.argmax(np.max(loaded.edge_pressure[:, 0], axis=1)))
+    edges = np.linspace(-0.5 * b, 0.5 * b, _HEIGHTS + 1)
+    heights = 0.5 * (edges[1:] + edges[:-1])
+    pressure = np.stack([loaded.pressure_at(float(z))[worst, 0] for z in heights], axis=-1)
+    order = np.argsort(np.mod(loaded.phase[worst, 0], 2.0 * np.pi))
+    order = order[loaded.force[worst, 0][order] > 0.0]
+    with canvas(ax, (7.0, 4.8)) as drawn:
+        axes = drawn.axes
+        seen = np.where(pressure[order] > 0.0, pressure[order], np.nan)
+        extent = (-0.5 * b, 0.5 * b, 0.5, order.size + 0.5)
+        image = axes.imshow(
+            seen, origin="lower", aspect="auto", extent=extent, cmap="magma", vmin=0.0, interpolation="nearest"
+        )
+        drawn.figure.colorbar(image, ax=axes, label="peak pressure [MPa]")
+        axes.set_yticks(range(1, order.size + 1), [f"{k % pins + 1}" for k in order])
+        axes.set(xlabel="height above the mid-plane [mm]", ylabel="pin [number], by phase")
+        axes.grid(visible=False)
+        crank = f"disc 1, crank at {loaded.crank_angle[worst] / DEGREE:.4g}°"
+        drawn.title("" if isinstance(result, LoadSharing) else result.spec.name, f"pressure over the width, {crank}")
     return drawn.axes
 
 

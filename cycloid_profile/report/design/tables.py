@@ -40,6 +40,11 @@ STAGE = (
     FigureRow("torsional_stiffness_nm_per_arcmin", "tangent torsional stiffness", "N·m/′"),
     FigureRow("max_sliding_speed_mm_per_s", "fastest sliding of a loaded pin", "mm/s"),
 )
+OVER_WIDTH = (
+    FigureRow("max_edge_pressure_mpa", "peak pressure over the face width", "MPa"),
+    FigureRow("max_tilt_mrad", "largest tilt of a disc", "mrad"),
+    FigureRow("width_slices", "slices over the face width", report_only=True),
+)
 _MEASURED_FILE = ("tolerance_um", "deviation_um")
 LOSS_CASES = ("low", "likely", "high")
 LOSSES = (
@@ -75,6 +80,11 @@ GEOMETRY = (
 )
 
 
+def stage_rows(under_load: Mapping[str, Any]) -> tuple[FigureRow, ...]:
+    """Rows of the whole stage, with those of slices over the face width where there are any."""
+    return STAGE + (OVER_WIDTH if "width_slices" in under_load else ())
+
+
 def terminal_tables(figures: Mapping[str, Any], loads: bool = False) -> list[PlainTable]:
     """Accuracy, load on the conventional tooth and compensation if ``loads``, stage, losses, strength, reducer with
     any effects.
@@ -84,7 +94,8 @@ def terminal_tables(figures: Mapping[str, Any], loads: bool = False) -> list[Pla
         found.append(_table("load on the conventional tooth", LOAD, figures, ("classical", "equilibrium")))
         if figures["compensation"]["applied"]:
             found.append(_table("deformation compensation", COMPENSATION, figures, ("compensation",)))
-    found.append(_table("whole stage, final tooth, rated torque", STAGE, figures, ("under_load",)))
+    rows = stage_rows(figures["under_load"])
+    found.append(_table("whole stage, final tooth, rated torque", rows, figures, ("under_load",)))
     found.append(_losses_table(figures))
     found.append(_strength_table(figures))
     if figures["as_built"]:

@@ -41,3 +41,18 @@ def key(description: str, remedy: str, **limits: Any) -> Meta:
 def length(description: str) -> Meta:
     """Note on a key that holds a length above zero [mm]."""
     return key(description, "give a length above zero in mm", **SIZE)
+
+
+def relief(description: str) -> Meta:
+    """Note on a key that holds a relief along the axis [µm]."""
+    return key(description, "give an amount in µm, 0 for none", ge=0, le=1000)
+
+
+def relief_length(description: str) -> Meta:
+    """Note on a key that holds the length of an edge relief [mm]."""
+    return key(description, "give a length in mm, at most half the face width", ge=0, le=1e4)
+
+
+def taper(description: str) -> Meta:
+    """Note on a key that holds a taper over the face width [µm]."""
+    return key(description, "give an amount in µm, 0 for none", ge=-1000, le=1000)

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from msgspec import Meta
 
-from cycloid_profile.spec.model._table import SIZE, Table, key, length
+from cycloid_profile.spec.model._table import SIZE, Table, key, length, relief, relief_length, taper
 
 
 def _stiffness_of(bearing: str) -> Meta:
@@ -121,6 +121,28 @@ class CrankBearingSpec(Table, frozen=True):
     ) = None
     roller_length_mm: (
         Annotated[float, length("Length of a roller without chamfers [mm]; absent: 0.75 of the face width, assumed.")]
+        | None
+    ) = None
+    offset_mm: Annotated[
+        float,
+        key(
+            "Height of the bearing's middle above the mid-plane of the disc [mm]; with width_slices.",
+            "give a height in mm, 0 for a bearing in the middle",
+            ge=-1e4,
+            le=1e4,
+        ),
+    ] = 0.0
+    tilt_stiffness_nm_per_mrad: (
+        Annotated[
+            float,
+            key(
+                "Stiffness of one bearing against a tilt of the disc [N·m/mrad], with width_slices; "
+                "absent: radial stiffness × roller length² / 12.",
+                "give a stiffness, 0 for a disc that tilts freely",
+                ge=0,
+                le=1e9,
+            ),
+        ]
         | None
     ) = None
 
@@ -247,6 +269,21 @@ class PillarsSpec(Table, frozen=True):
     estimate: Estimate = "likely"
 
 
+class PinReliefSpec(Table, frozen=True):
+    """Relief of the pins along the axis, the same at every disc; counts in the load with `width_slices`."""
+
+    crowning_um: Annotated[float, relief("Crowning: relief at both edges of a disc, a parabola [µm].")] = 0.0
+    edge_relief_um: Annotated[
+        float, relief("Further relief at both edges of a disc [µm]; over edge_relief_length_mm.")
+    ] = 0.0
+    edge_relief_length_mm: Annotated[
+        float, relief_length("Length before each edge of a disc over which the edge relief runs out [mm].")
+    ] = 0.0
+    taper_um: Annotated[
+        float, taper("Taper over the face width of a disc, thinner at the upper edge if positive [µm].")
+    ] = 0.0
+
+
 class DriveSpec(Table, frozen=True):
     """Pins, disc and how the disc is held."""
 
@@ -260,6 +297,7 @@ class DriveSpec(Table, frozen=True):
     eccentric: EccentricSpec = EccentricSpec()
     crank_bearing: CrankBearingSpec = CrankBearingSpec()
     pin_seat: PinSeatSpec | None = None
+    pin_relief: PinReliefSpec = PinReliefSpec()
     ring: RingSpec | None = None
     pillars: PillarsSpec | None = None
     first_stage: FirstStageSpec | None = None

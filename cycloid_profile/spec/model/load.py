@@ -83,6 +83,16 @@ class LoadSpec(Table, frozen=True):
         ]
         | None
     ) = None
+    width_slices: Annotated[
+        int,
+        key(
+            "Slices over the face width, with relief, tilt of the discs and edge pressure; 0: an even load over the "
+            "width, whatever the relief.",
+            "give 0 for none, or 2 to 100 slices, 8 are enough",
+            ge=0,
+            le=100,
+        ),
+    ] = 0
     output_speed_rpm: Annotated[
         float, key("Speed of the output, for sliding and losses [rpm].", "give a speed", ge=0, le=1e5)
     ] = 15.0

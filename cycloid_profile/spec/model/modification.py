@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from msgspec import Meta
 
-from cycloid_profile.spec.model._table import Table, key
+from cycloid_profile.spec.model._table import Table, key, relief, relief_length, taper
 
 _AMOUNTS = {"ge": -1e4, "le": 1e4}  # µm
 _AMOUNT = "give an amount in µm, positive removes material"
@@ -40,6 +40,18 @@ class ModificationSpec(Table, frozen=True):
         float,
         key("Share of the rated torque whose deformation is compensated.", "give 1 for the rated torque", gt=0, le=3),
     ] = 1.0
+    crowning_um: Annotated[
+        float, relief("Crowning of the flanks: removed at both edges, a parabola over the width [µm].")
+    ] = 0.0
+    edge_relief_um: Annotated[
+        float, relief("Further removed at both edges of the flanks [µm]; over edge_relief_length_mm.")
+    ] = 0.0
+    edge_relief_length_mm: Annotated[
+        float, relief_length("Length before each edge over which the edge relief of the flanks runs out [mm].")
+    ] = 0.0
+    flank_taper_um: Annotated[
+        float, taper("Taper of the flanks over the width, more removed at the upper edge if positive [µm].")
+    ] = 0.0
 
 
 EFFECT_NAMES = frozenset({

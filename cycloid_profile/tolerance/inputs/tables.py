@@ -244,7 +244,7 @@ def _reject_impossible(scatter: Scatter, reducer: AsBuiltReducer, where: str) ->
         first, _ = (scatter.axes.effect(x, scatter.choices[i]).apply(reducer) for i in (0, -1))
     except CycloidError as error:
         raise SpecError(f"{where}: {error.what}", error.value, error.limit, error.remedy) from None
-    before, after = ((one.coulomb_torque, one.proportional_friction) for one in (reducer, first))
+    before, after = ((one.coulomb_torque, one.friction_spread, one.proportional_friction) for one in (reducer, first))
     old, new = reducer.case, first.case
     designed = new.law is not old.law or bearing_law(new.drive.support) != bearing_law(old.drive.support)
     name, remedy = f"'{scatter.kind.name}'", "leave it out, or give it under [[effects]]"

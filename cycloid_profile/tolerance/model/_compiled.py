@@ -12,7 +12,7 @@ from numba import njit
 
 from cycloid_profile.arrays import FloatArray, IntArray
 from cycloid_profile.contact.stage import StageEnergy
-from cycloid_profile.contact.stage._kernels import PoseProblem, StageArrays, least_energy, workspace
+from cycloid_profile.contact.stage._kernels import PoseProblem, StageArrays, least_energy, width_at, workspace
 
 _ABREAST = 8  # reducers side by side: as many numbers as the processor keeps at hand
 
@@ -119,7 +119,7 @@ def _balanced(  # pragma: no cover - compiled, out of the sight of the coverage 
             problem = PoseProblem(
                 drawn.law, drawn.constant[at], gap[i, p], drawn.frame[at], drawn.own, drawn.spring_stretch[at],
                 stretch[i, p], drawn.bearing, play[i], drawn.torque[at], drawn.rotation[at], drawn.arm,
-                drawn.compliance[at],
+                drawn.compliance[at], width_at(drawn.width, drawn.width.slope[at]),
             )  # fmt: skip
             off = least_energy(problem, tolerance, step, forces, work)
             highest = 0.0

@@ -149,7 +149,7 @@ def loaded_stage(
     if not solved.converged:
         raise SolveError("load sharing of the drawing", solved.status.value, "", "check the spec with accuracy", ": ")
     meshing = mesh(case.drive.trochoid, crank_angle, case.drive.discs)
-    support = support_model(case.drive, meshing.crank_angle)
+    support = support_model(case.drive, meshing.crank_angle, width=case.width)
     assert solved.stage is not None
     motion = solved.stage.motion
     found = gaps(case.profile, case.drive.pin_radius, meshing, motion[..., 0] + 1j * motion[..., 1], motion[..., 2])
