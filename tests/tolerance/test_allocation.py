@@ -298,9 +298,10 @@ def test_slopes_of_the_backlash_are_those_of_its_contacts(
     assert sample.gradient(u, worst, quantile) == pytest.approx(exact, rel=1e-3, abs=1e-4)
 
 
-def test_backlash_of_a_small_reducer_that_may_not_bind(play: CrankLockedBacklash, pins_and_discs: Tolerances) -> None:
-    answers = BacklashQuantities(play)
-    drawn = answers.of(np.zeros((1, play.by_unit.shape[1])))[0]
+def test_backlash_of_a_small_reducer_that_may_not_bind(small: AsBuiltReducer, pins_and_discs: Tolerances) -> None:
+    changes = unit_changes(small, pins_and_discs)
+    answers = BacklashQuantities(crank_locked_backlash(small, changes, 24 * small.case.drive.trochoid.lobes))
+    drawn = answers.of(np.zeros((1, len(changes))))[0]
     limits = (
         Limit("backlash_arcmin", at_most=drawn[0] + 0.2),
         Limit("least_backlash_arcmin", at_least=0.7 * drawn[1]),
@@ -322,7 +323,8 @@ def test_backlash_of_the_rv40e(large: AsBuiltReducer, scattered: Callable[..., T
         {"name": "pin_ring_runout", "amplitude_um": {}, "cost": 1.0},
         reducer=large,
     )
-    answers = BacklashQuantities(crank_locked_backlash(large, unit_changes(large, tolerances)))
+    poses = 24 * large.case.drive.trochoid.lobes
+    answers = BacklashQuantities(crank_locked_backlash(large, unit_changes(large, tolerances), poses))
     limits = limits_of({"backlash_arcmin": 1.0, "least_backlash_arcmin": (0.2, None)}, answers.names)
     found = allocate(Draws(tolerances), answers, limits, 0.95, SampleSizes(2048, 8192))
     assert found.status is AllocationStatus.CONFIRMED

@@ -78,7 +78,7 @@ def test_allocated_yield_holds_at_many_poses_of_other_reducers(large):
     model = QuantityModel(large, unit_changes(large, tolerances), ("backlash_arcmin",))
     drawn = model.of(Draws(tolerances).coordinates(0, 2048, 0))[:, 0]
     limits = limits_of({"backlash_arcmin": float(np.quantile(drawn, 0.9))}, model.names)
-    found = allocate(Draws(tolerances, 1), model, limits, 0.95, SampleSizes(2048, 8192))
+    found = allocate(Draws(tolerances, 1), model, limits, 0.95, SampleSizes(512, 2048))
     fresh = Draws(found.tolerances, 4711).coordinates(0, 2048, 0)
     passed = np.mean(of_poses(large, tolerances, fresh, 4999) <= limits[0].at_most)
     error = np.sqrt(0.95 * 0.05 / len(fresh))

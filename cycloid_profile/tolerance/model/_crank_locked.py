@@ -59,7 +59,10 @@ class CrankLockedBacklash:
         return turn[:, : self.poses] + turn[:, self.poses :]
 
     def extremes(self, x: FloatArray) -> FloatArray:
-        """Largest and least backlash over the turn, between the poses too, shape (reducers, 2) [rad]."""
+        """Largest and least backlash over the turn, between the poses too, shape (reducers, 2) [rad].
+
+        The pins are interpolated: fewer than some 20 poses per turn of the crank give no sensible value.
+        """
         from cycloid_profile.tolerance.model._extremes import turn_extremes
 
         found = np.empty((len(x), 2))
