@@ -74,7 +74,7 @@ explained = {name: explain(published, seed) for seed, (name, published) in enume
 
 def report() -> str:
     """The spring found for each published number, and the limits of such loops."""
-    lines = [f"mesh and crank bearings alone: {alone:.1f} N·m/′", ""]
+    lines = [f"mesh, discs and crank bearings alone: {alone:.1f} N·m/′", ""]
     for name, one in explained.items():
         lines.append(
             f"{name}: published {one.published:.0f}, loop {one.made:.1f}, needs {one.series:.1f} N·m/′ in series"

@@ -50,7 +50,7 @@ def test_published_rigidity_needs_a_spring_in_series(tmp_path, capsys):
     module.main(["--out", str(tmp_path)])
     assert {path.suffix for path in tmp_path.iterdir()} == {".png", ".svg"}
     assert [one.published for one in explained.values()] == [108.0, 95.0, 72.0]
-    for one, series in zip(explained.values(), (134.0, 114.5, 82.6), strict=True):
+    for one, series in zip(explained.values(), (139.3, 118.4, 84.7), strict=True):
         # The loop evaluates to the published number: 2 % for the noise of the two points that it is read at.
         assert one.made == pytest.approx(one.published, rel=0.02)
         assert one.series == pytest.approx(series, rel=2e-3)
@@ -62,6 +62,6 @@ def test_published_rigidity_needs_a_spring_in_series(tmp_path, capsys):
         assert gap.held_out_before > 1.0
         assert gap.held_out_after < 0.006
     out = capsys.readouterr().out
-    assert "alone: 558.9 N·m/′" in out
+    assert "alone: 480.1 N·m/′" in out
     for word in ("which part is soft", "one output angle", "single number is no measurement", "72 became 95"):
         assert word in out

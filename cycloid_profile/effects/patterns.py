@@ -68,10 +68,9 @@ class ReducerChange:
         """Increase of the radial bearing play [mm]."""
         return (self.after.case.drive.support.bearing_play - self.before.case.drive.support.bearing_play) / self.step
 
-    @property
-    def series_compliance(self) -> float:
-        """Increase of the series compliance [rad/(N·mm)]."""
-        return (self.after.series_compliance - self.before.series_compliance) / self.step
+    def series_twist(self, torque: FloatArray) -> FloatArray:
+        """Increase of the settled twist in series with the stage, in the shape of ``torque`` [N·mm → rad]."""
+        return np.asarray((self.after.series_twist(torque) - self.before.series_twist(torque)) / self.step)
 
     @property
     def sun_shift(self) -> complex:

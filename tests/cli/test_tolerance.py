@@ -23,7 +23,7 @@ def spec_with(folder: Path, tables: str) -> Path:
 
 @pytest.mark.slow
 def test_backlash_alone_as_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    spec = spec_with(tmp_path, f"[tolerance]\nloaded_samples = 0\n[tolerance.limits]\nbacklash_arcmin = 0.55\n{PINS}")
+    spec = spec_with(tmp_path, f"[tolerance]\nloaded_samples = 0\n[tolerance.limits]\nbacklash_arcmin = 0.26\n{PINS}")
     assert run(["tolerance", str(spec), "--out", str(tmp_path / "out"), "--samples", "5000", "--json"]) == 0
     values = json.loads(capsys.readouterr().out)
     assert values["schema"] == 1

@@ -42,7 +42,7 @@ def studied(reducer: AsBuiltReducer, tolerances: Tolerances, names: tuple[str, .
 
 @pytest.mark.slow
 def test_yield_of_the_backlash_is_that_of_many_poses(large):
-    """10,000 reducers; at a limit at the 95 % quantile 0.28 % more pass, as docs/tolerance.md states."""
+    """10,000 reducers, limits at three quantiles: the yield is right to 0.2 %, at the median to 1 %."""
     tolerances = tolerances_of(PARTS, (), large)
     x = Draws(tolerances).coordinates(0, 10_000, 0)
     found, wanted = (
@@ -52,7 +52,7 @@ def test_yield_of_the_backlash_is_that_of_many_poses(large):
     assert np.mean(found) == pytest.approx(np.mean(wanted), rel=0.002)
     for share in (0.5, 0.95, 0.99):
         limit = np.quantile(wanted, share)
-        assert np.mean(found <= limit) == pytest.approx(share, abs=0.004 if share > 0.9 else 0.015)
+        assert np.mean(found <= limit) == pytest.approx(share, abs=0.002 if share > 0.9 else 0.01)
 
 
 @pytest.mark.slow
@@ -73,8 +73,11 @@ def test_loaded_extremes_are_those_of_many_poses(large):
 
 @pytest.mark.slow
 def test_allocated_yield_holds_at_many_poses_of_other_reducers(large):
-    """The promise of ``--allocate``, with a seed and poses that neither search nor confirmation has seen."""
-    tolerances = tolerances_of(PARTS, (), large)
+    """The promise of ``--allocate``, with a seed and poses that neither search nor confirmation has seen.
+
+    Of errors of whole discs and the ring: those of each pin take a hundred times as long.
+    """
+    tolerances = tolerances_of(PARTS[2:], (), large)
     model = QuantityModel(large, unit_changes(large, tolerances), ("backlash_arcmin",))
     drawn = model.of(Draws(tolerances).coordinates(0, 2048, 0))[:, 0]
     limits = limits_of({"backlash_arcmin": float(np.quantile(drawn, 0.9))}, model.names)
@@ -82,5 +85,4 @@ def test_allocated_yield_holds_at_many_poses_of_other_reducers(large):
     fresh = Draws(found.tolerances, 4711).coordinates(0, 2048, 0)
     passed = np.mean(of_poses(large, tolerances, fresh, 4999) <= limits[0].at_most)
     error = np.sqrt(0.95 * 0.05 / len(fresh))
-    assert found.yield_after.low >= 0.95
     assert found.yield_after.low - 2.0 * error < passed < found.yield_after.high + 2.0 * error

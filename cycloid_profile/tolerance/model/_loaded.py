@@ -38,8 +38,8 @@ class LoadedStage:
 
     ``energy`` of the stage about each equilibrium, one pose per load; ``gap_by_unit`` sparse (loads·discs·pins,
     coordinates) [mm per unit]; ``stretch_by_unit`` sparse (loads·bearings·2, coordinates) [mm per unit];
-    ``play_by_unit``, ``compliance_by_unit`` shape (coordinates,) [mm, rad/(N·mm) per unit]; ``read_by_unit`` sparse
-    (loads, coordinates), angle errors [rad per unit]; ``pressure_per_root_force`` peak pressure of each contact under
+    ``play_by_unit`` shape (coordinates,) [mm per unit]; ``read_by_unit`` sparse (loads, coordinates), twist in series
+    and angle errors [rad per unit]; ``pressure_per_root_force`` peak pressure of each contact under
     1 N, shape (loads, discs, pins) [MPa]. ``rigid_motion`` shape (loads, unknowns) of all discs with the carrier;
     ``closing`` of each gap per rotation along the torque, 0 where too little [mm]; ``overclosure``, an additional
     rotation that guarantees contact, shape (loads,) [rad]; ``receded``, how far elastic supports give way under the
@@ -53,7 +53,6 @@ class LoadedStage:
     gap_by_unit: Any
     stretch_by_unit: Any
     play_by_unit: FloatArray
-    compliance_by_unit: FloatArray
     read_by_unit: Any
     pressure_per_root_force: FloatArray
     rigid_motion: FloatArray
@@ -117,8 +116,7 @@ class LoadedStage:
         highest, start = self.pressure_per_root_force, self.start(gap, chosen)
         some = np.ascontiguousarray(chosen)
         turned, pressure = balanced_reducers(self.energy, gap, stretch, play, highest, start, TOLERANCE, some)
-        through = self.reducer.series_compliance + _weighted(x, self.compliance_by_unit)
-        turned += through[:, np.newaxis] * self.energy.torque[some]
+        turned += self.reducer.series_twist(self.energy.torque)[some]
         read = self.read_by_unit
         chosen_rows(read.indptr, read.indices, read.data, np.ascontiguousarray(x), some, turned[..., np.newaxis])
         return turned, pressure
@@ -170,8 +168,9 @@ def loaded_stage(
     angle = -meshing.crank_angle[:, 0] / case.drive.trochoid.lobes
     gap_by_unit = sparse_columns([one.gap(points) for one in changes], energy.gap.size)
     stretch_by_unit = sparse_columns([one.misfit(meshing.crank_angle) for one in changes], energy.stretch.size)
-    compliance_by_unit = np.array([one.series_compliance for one in changes])
-    read_by_unit = sparse_columns([one.angle_error(angle) for one in changes], len(angle))
+    read_by_unit = sparse_columns(
+        [one.series_twist(solved.torque) + one.angle_error(angle) for one in changes], len(angle)
+    )
     tangent = StageTangent(solved)
     by_unit = _per_load(tangent.pins) @ gap_by_unit + _per_load(tangent.bearings) @ stretch_by_unit
     return LoadedStage(
@@ -181,14 +180,13 @@ def loaded_stage(
         gap_by_unit=gap_by_unit,
         stretch_by_unit=stretch_by_unit,
         play_by_unit=np.array([one.play for one in changes]),
-        compliance_by_unit=compliance_by_unit,
         read_by_unit=read_by_unit,
         pressure_per_root_force=case.law.peak_pressure(np.ones_like(found.gap), energy.contact),
         rigid_motion=support.rigid_motion,
         closing=np.where(arm > LEAST_REACH * longest, arm, 0.0),
         overclosure=0.5 * pressed / longest,
         receded=sum(solved.receded_supports.values(), np.zeros_like(found.gap)),
-        rotation_by_unit=(by_unit + read_by_unit).toarray() + solved.torque[:, np.newaxis] * compliance_by_unit,
+        rotation_by_unit=(by_unit + read_by_unit).toarray(),
     )
 
 
@@ -237,8 +235,8 @@ def loaded_derivatives(
         [one.contact_change(contacts) for one in changes], [_stretch(one, tangent) for one in changes]
     )
     angle = -solved.crank_angle / reducer.case.drive.trochoid.lobes
-    read = [one.series_compliance * solved.torque + one.angle_error(angle) for one in changes]
-    own = reducer.series_compliance * solved.torque + reducer.angle_error(angle)
+    read = [one.series_twist(solved.torque) + one.angle_error(angle) for one in changes]
+    own = reducer.series_twist(solved.torque) + reducer.angle_error(angle)
     return LoadedDerivatives(
         solved.rotation + own, found.motion[:, 0] + np.stack(read, axis=-1), contacts.pressure, found.pressure
     )

@@ -23,7 +23,7 @@ from cycloid_profile.units import ARCMIN, ARCSEC
 BACKLASH_POSES, LOST_MOTION_POSES, TURN_POSES = 47, 17, 97
 # Poses per turn of the crank between which the backlash of each pin is interpolated. RV-40E, 31,219 poses as the
 # reference: mean off by 0.0019′ with 20, 0.0014′ with 24, 0.0004′ with 40.
-_POSES_PER_CRANK_TURN = 24
+_POSES_PER_CRANK_TURN = 40
 # Poses per turn of the crank at light load, of which as many are solved as are chosen. At rated torque one pose per
 # mesh cycle of the whole turn, of which as many are chosen at either end.
 LOADED_PER_CRANK_TURN, LOST_MOTION_CHOSEN, TURN_CHOSEN = 12, 8, 8

@@ -76,6 +76,6 @@ class Study:
         drawn = as_drawn(case)
         for name in ("pin_shift", "pin_oversize", "eccentric_shift", "bore_shift", "crank_lead"):
             parts.append(f"{name}{(getattr(self.reducer, name) - getattr(drawn, name)).tobytes().hex()}")
-        parts += [repr(getattr(self.reducer, name)) for name in ("series_compliance", "encoder")]
+        parts += [repr(getattr(self.reducer, name)) for name in ("series_compliance", "further_twists", "encoder")]
         parts += [f"{name}{value}" for name in ("sun_shift", "input_error") if (value := getattr(self.reducer, name))]
         return hashlib.sha256("\n".join(parts).encode("utf-8")).hexdigest()
