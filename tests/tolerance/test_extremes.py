@@ -79,10 +79,10 @@ def test_allocated_yield_holds_at_many_poses_of_other_reducers(large):
     """
     tolerances = tolerances_of(PARTS[2:], (), large)
     model = QuantityModel(large, unit_changes(large, tolerances), ("backlash_arcmin",))
-    drawn = model.of(Draws(tolerances).coordinates(0, 2048, 0))[:, 0]
+    drawn = model.of(Draws(tolerances).coordinates(0, 1024, 0))[:, 0]
     limits = limits_of({"backlash_arcmin": float(np.quantile(drawn, 0.9))}, model.names)
-    found = allocate(Draws(tolerances, 1), model, limits, 0.95, SampleSizes(512, 2048))
-    fresh = Draws(found.tolerances, 4711).coordinates(0, 2048, 0)
+    found = allocate(Draws(tolerances, 1), model, limits, 0.95, SampleSizes(128, 512))
+    fresh = Draws(found.tolerances, 4711).coordinates(0, 1024, 0)
     passed = np.mean(of_poses(large, tolerances, fresh, 4999) <= limits[0].at_most)
     error = np.sqrt(0.95 * 0.05 / len(fresh))
     assert found.yield_after.low - 2.0 * error < passed < found.yield_after.high + 2.0 * error
