@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from cycloid_profile.cli.main import run
-from cycloid_profile.diagnosis.remainder import LABEL
+from cycloid_profile.diagnosis.verdict.remainder import LABEL
 from cycloid_profile.effects import AsBuiltReducer, Effect, apply_effects, effect_from_table
 from cycloid_profile.measurement import HYSTERESIS, Measurement, format_measurement, read_measurement
 from cycloid_profile.rig import measurement_residual

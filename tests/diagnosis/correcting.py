@@ -19,8 +19,8 @@ import pytest
 from cycloid_profile.contact import LoadCase
 from cycloid_profile.correction import Correction
 from cycloid_profile.diagnosis import NamedEffect
-from cycloid_profile.diagnosis.candidate import NOT_YET_PROPOSED, candidate_of
-from cycloid_profile.diagnosis.recording import record
+from cycloid_profile.diagnosis.data.recording import record
+from cycloid_profile.diagnosis.model.candidate import NOT_YET_PROPOSED, candidate_of
 from cycloid_profile.effects import AsBuiltReducer, Effect, as_drawn, effect_from_table, effect_to_table
 from cycloid_profile.geometry import Cranks, Drive, InvoluteStage, Trochoid
 from cycloid_profile.measurement import Measurement

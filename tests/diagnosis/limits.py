@@ -16,12 +16,12 @@ import numpy as np
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.design import as_built_reducer
 from cycloid_profile.diagnosis import FALSE_ALARM
-from cycloid_profile.diagnosis._detectable import detectable, exact_size, noncentrality, noncentrality_of
-from cycloid_profile.diagnosis._exact_model import ExactModel
-from cycloid_profile.diagnosis._normal_equations import NormalEquations, normal_equations
-from cycloid_profile.diagnosis.candidate import Candidate, candidates
-from cycloid_profile.diagnosis.detection import detect
-from cycloid_profile.diagnosis.recording import record, use_all_rows
+from cycloid_profile.diagnosis.data.recording import record, use_all_rows
+from cycloid_profile.diagnosis.model.candidate import Candidate, candidates
+from cycloid_profile.diagnosis.model.detection import detect
+from cycloid_profile.diagnosis.model.exact_model import ExactModel
+from cycloid_profile.diagnosis.model.normal_equations import NormalEquations, normal_equations
+from cycloid_profile.diagnosis.planning.detectable import detectable, exact_size, noncentrality, noncentrality_of
 from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.measurement import PROFILE_SCAN, parse_measurement
 from cycloid_profile.spec import parse_spec

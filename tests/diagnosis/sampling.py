@@ -11,9 +11,9 @@ from scipy.special import logsumexp, ndtri
 from scipy.stats import multivariate_t, norm
 
 from cycloid_profile.arrays import FloatArray
-from cycloid_profile.diagnosis._exact_model import ExactModel
-from cycloid_profile.diagnosis._optimum import Optimum
-from cycloid_profile.diagnosis.candidate import Candidate
+from cycloid_profile.diagnosis.model.candidate import Candidate
+from cycloid_profile.diagnosis.model.exact_model import ExactModel
+from cycloid_profile.diagnosis.model.optimum import Optimum
 
 LIVE_POINTS = 100
 _LOCAL_DRAWS = 400

@@ -17,11 +17,11 @@ from typing import Any
 import numpy as np
 
 from cycloid_profile.design import as_built_reducer
-from cycloid_profile.diagnosis._evidence import ALIAS
-from cycloid_profile.diagnosis._exact_model import ExactModel
-from cycloid_profile.diagnosis._normal_equations import NormalEquations, coordinates, normal_equations
-from cycloid_profile.diagnosis.candidate import Candidate, candidates, chatter
-from cycloid_profile.diagnosis.recording import record, use_all_rows
+from cycloid_profile.diagnosis.data.recording import record, use_all_rows
+from cycloid_profile.diagnosis.model.candidate import Candidate, candidates, chatter
+from cycloid_profile.diagnosis.model.evidence import ALIAS
+from cycloid_profile.diagnosis.model.exact_model import ExactModel
+from cycloid_profile.diagnosis.model.normal_equations import NormalEquations, coordinates, normal_equations
 from cycloid_profile.measurement import PROFILE_SCAN, parse_measurement
 from cycloid_profile.spec import parse_spec
 from tests.diagnosis.blind import Hidden, Reducer, spec_text

@@ -21,8 +21,8 @@ from hypothesis import strategies as st
 from cycloid_profile.cli.main import run
 from cycloid_profile.design import as_built_reducer
 from cycloid_profile.diagnosis import Diagnosis, diagnose
-from cycloid_profile.diagnosis._screening import screen
-from cycloid_profile.diagnosis.recording import record
+from cycloid_profile.diagnosis.data.recording import record
+from cycloid_profile.diagnosis.data.screening import screen
 from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.errors import MeasurementError
 from cycloid_profile.measurement import Measurement, format_measurement, parse_measurement

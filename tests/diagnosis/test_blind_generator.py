@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from cycloid_profile.design import as_built_reducer
-from cycloid_profile.diagnosis.candidate import ONLY_TOLERANCES
+from cycloid_profile.diagnosis.model.candidate import ONLY_TOLERANCES
 from cycloid_profile.effects import EFFECTS, apply_effects, effect_from_table
 from cycloid_profile.measurement import HYSTERESIS, PROFILE_SCAN, read_measurement
 from cycloid_profile.rig import Settings, measurement_residual, simulate

@@ -9,18 +9,18 @@ import pytest
 
 from cycloid_profile.design import as_built_reducer
 from cycloid_profile.diagnosis import Residuals, diagnose
-from cycloid_profile.diagnosis._chatter_candidates import significant_chatter
-from cycloid_profile.diagnosis._chatter_spectrum import (
+from cycloid_profile.diagnosis.data.recording import record
+from cycloid_profile.diagnosis.model.candidate import chatter
+from cycloid_profile.diagnosis.model.chatter_spectrum import (
     chatter_peaks,
     chatter_spectrum,
     power_in_white_noise,
     power_one_by_one,
 )
-from cycloid_profile.diagnosis._exact_model import ExactModel
-from cycloid_profile.diagnosis._library import Library
-from cycloid_profile.diagnosis._normal_equations import Whitened
-from cycloid_profile.diagnosis.candidate import chatter
-from cycloid_profile.diagnosis.recording import record
+from cycloid_profile.diagnosis.model.exact_model import ExactModel
+from cycloid_profile.diagnosis.model.library import Library
+from cycloid_profile.diagnosis.model.normal_equations import Whitened
+from cycloid_profile.diagnosis.search.chatter_candidates import significant_chatter
 from cycloid_profile.measurement import parse_measurement
 from cycloid_profile.spec import parse_spec
 from tests.diagnosis.blind import Hidden, Noise, Reducer, scan, spec_text, transmission_error

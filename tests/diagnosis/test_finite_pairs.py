@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 from cycloid_profile.design import as_built_reducer
-from cycloid_profile.diagnosis._evidence import estimate
-from cycloid_profile.diagnosis._exact_model import ExactModel
-from cycloid_profile.diagnosis._finite_pairs import LINEAR_LIMIT, pairs_of_finite_size
-from cycloid_profile.diagnosis._identical_effects import always_identical
-from cycloid_profile.diagnosis._library import Library
-from cycloid_profile.diagnosis._local_search import LocalSearch, equations_about
-from cycloid_profile.diagnosis._optimum import Attempt, Optimum
-from cycloid_profile.diagnosis.candidate import Candidate, candidates
-from cycloid_profile.diagnosis.recording import record
+from cycloid_profile.diagnosis.data.recording import record
+from cycloid_profile.diagnosis.model.candidate import Candidate, candidates
+from cycloid_profile.diagnosis.model.evidence import estimate
+from cycloid_profile.diagnosis.model.exact_model import ExactModel
+from cycloid_profile.diagnosis.model.library import Library
+from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
+from cycloid_profile.diagnosis.search.finite_pairs import LINEAR_LIMIT, pairs_of_finite_size
+from cycloid_profile.diagnosis.search.identical_effects import always_identical
+from cycloid_profile.diagnosis.search.local_search import LocalSearch, equations_about
 from cycloid_profile.effects import PinSupportCompliance, RadialMovingError
 from cycloid_profile.rig import Settings, simulate
 from cycloid_profile.spec import parse_spec

@@ -5,14 +5,14 @@ from __future__ import annotations
 import pytest
 
 from cycloid_profile.design import as_built_reducer
-from cycloid_profile.diagnosis._exact_model import ExactModel
-from cycloid_profile.diagnosis._initial_pairs import rank_initial_pairs
-from cycloid_profile.diagnosis._initial_singles import rank_initial_singles
-from cycloid_profile.diagnosis._library import Library
-from cycloid_profile.diagnosis._normal_equations import normal_equations
-from cycloid_profile.diagnosis._second_order import second_order_with_first
-from cycloid_profile.diagnosis.candidate import candidates
-from cycloid_profile.diagnosis.recording import record
+from cycloid_profile.diagnosis.data.recording import record
+from cycloid_profile.diagnosis.model.candidate import candidates
+from cycloid_profile.diagnosis.model.exact_model import ExactModel
+from cycloid_profile.diagnosis.model.library import Library
+from cycloid_profile.diagnosis.model.normal_equations import normal_equations
+from cycloid_profile.diagnosis.search.initial_pairs import rank_initial_pairs
+from cycloid_profile.diagnosis.search.initial_singles import rank_initial_singles
+from cycloid_profile.diagnosis.search.second_order import second_order_with_first
 from cycloid_profile.effects import (
     AsBuiltReducer,
     CrankPhaseError,

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from cycloid_profile.design import as_built_reducer
-from cycloid_profile.diagnosis._exact_model import ExactModel
-from cycloid_profile.diagnosis._library import Library
-from cycloid_profile.diagnosis._local_search import LocalSearch
-from cycloid_profile.diagnosis.candidate import candidates
-from cycloid_profile.diagnosis.recording import record, use_all_rows
+from cycloid_profile.diagnosis.data.recording import record, use_all_rows
+from cycloid_profile.diagnosis.model.candidate import candidates
+from cycloid_profile.diagnosis.model.exact_model import ExactModel
+from cycloid_profile.diagnosis.model.library import Library
+from cycloid_profile.diagnosis.search.local_search import LocalSearch
 from cycloid_profile.effects import CumulativePitchError
 from cycloid_profile.rig import Settings, simulate
 from cycloid_profile.spec import parse_spec

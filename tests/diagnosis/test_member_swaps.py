@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from cycloid_profile.design import as_built_reducer
-from cycloid_profile.diagnosis._exact_model import ExactModel
-from cycloid_profile.diagnosis._library import Library
-from cycloid_profile.diagnosis._local_search import LocalSearch
-from cycloid_profile.diagnosis._member_swaps import swap_members
-from cycloid_profile.diagnosis._optimum import Attempt
-from cycloid_profile.diagnosis.candidate import candidates
-from cycloid_profile.diagnosis.recording import record
+from cycloid_profile.diagnosis.data.recording import record
+from cycloid_profile.diagnosis.model.candidate import candidates
+from cycloid_profile.diagnosis.model.exact_model import ExactModel
+from cycloid_profile.diagnosis.model.library import Library
+from cycloid_profile.diagnosis.model.optimum import Attempt
+from cycloid_profile.diagnosis.search.local_search import LocalSearch
+from cycloid_profile.diagnosis.search.member_swaps import swap_members
 from cycloid_profile.effects import CrankBearingClearance, Effect, MissingDeformationCompensation, PinRadiusError
 from cycloid_profile.rig import Settings, simulate
 from cycloid_profile.spec import parse_spec

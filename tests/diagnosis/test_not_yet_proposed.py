@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from cycloid_profile.diagnosis.candidate import NOT_YET_PROPOSED, candidates
+from cycloid_profile.diagnosis.model.candidate import NOT_YET_PROPOSED, candidates
 from cycloid_profile.effects import EFFECTS
 from tests.diagnosis.correcting import drawn
 

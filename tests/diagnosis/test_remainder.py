@@ -11,7 +11,7 @@ import pytest
 
 from cycloid_profile.correction import correction
 from cycloid_profile.diagnosis import ScanResidual, smooth_remainder
-from cycloid_profile.diagnosis.remainder import LABEL
+from cycloid_profile.diagnosis.verdict.remainder import LABEL
 from cycloid_profile.modification import NormalDeviation
 from cycloid_profile.rig import measurement_residual
 from cycloid_profile.units import UM

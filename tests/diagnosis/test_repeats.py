@@ -9,8 +9,8 @@ import pytest
 
 from cycloid_profile.design import as_built_reducer
 from cycloid_profile.diagnosis import Recording
-from cycloid_profile.diagnosis._noise import Noise
-from cycloid_profile.diagnosis._repeats import with_noise_of_repeats
+from cycloid_profile.diagnosis.data.noise import Noise
+from cycloid_profile.diagnosis.data.repeats import with_noise_of_repeats
 from cycloid_profile.measurement import HYSTERESIS, TRANSMISSION_ERROR, Measurement
 from cycloid_profile.spec import parse_spec
 from tests.diagnosis.blind import Reducer, spec_text

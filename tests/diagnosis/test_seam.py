@@ -9,12 +9,12 @@ import pytest
 
 from cycloid_profile.design import as_built_reducer
 from cycloid_profile.diagnosis import Residuals, diagnose
-from cycloid_profile.diagnosis._exact_model import ExactModel
-from cycloid_profile.diagnosis._normal_equations import Whitened
-from cycloid_profile.diagnosis._scan_led_search import indexed_from_scans
-from cycloid_profile.diagnosis._seam import seam
-from cycloid_profile.diagnosis.candidate import candidates
-from cycloid_profile.diagnosis.recording import record
+from cycloid_profile.diagnosis.data.recording import record
+from cycloid_profile.diagnosis.model.candidate import candidates
+from cycloid_profile.diagnosis.model.exact_model import ExactModel
+from cycloid_profile.diagnosis.model.normal_equations import Whitened
+from cycloid_profile.diagnosis.search.scan_led_search import indexed_from_scans
+from cycloid_profile.diagnosis.search.seam import seam
 from cycloid_profile.measurement import parse_measurement
 from cycloid_profile.spec import parse_spec
 from tests.diagnosis.blind import Hidden, Noise, Reducer, scan, spec_text, transmission_error

@@ -9,16 +9,16 @@ import pytest
 
 from cycloid_profile.design import as_built_reducer
 from cycloid_profile.diagnosis import diagnose
-from cycloid_profile.diagnosis._chatter_candidates import significant_chatter, with_waves_given_others
-from cycloid_profile.diagnosis._exact_model import ExactModel
-from cycloid_profile.diagnosis._library import Library
-from cycloid_profile.diagnosis._noise import Noise as Coloured
-from cycloid_profile.diagnosis._normal_equations import Whitened, normal_equations
-from cycloid_profile.diagnosis._optimum import Attempt, Optimum
-from cycloid_profile.diagnosis._unscanned_waves import UnscannedWaves, unscanned
-from cycloid_profile.diagnosis.candidate import Candidate, candidates, chatter
-from cycloid_profile.diagnosis.detection import detect
-from cycloid_profile.diagnosis.recording import record
+from cycloid_profile.diagnosis.data.noise import Noise as Coloured
+from cycloid_profile.diagnosis.data.recording import record
+from cycloid_profile.diagnosis.model.candidate import Candidate, candidates, chatter
+from cycloid_profile.diagnosis.model.detection import detect
+from cycloid_profile.diagnosis.model.exact_model import ExactModel
+from cycloid_profile.diagnosis.model.library import Library
+from cycloid_profile.diagnosis.model.normal_equations import Whitened, normal_equations
+from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
+from cycloid_profile.diagnosis.model.unscanned_waves import UnscannedWaves, unscanned
+from cycloid_profile.diagnosis.search.chatter_candidates import significant_chatter, with_waves_given_others
 from cycloid_profile.effects import AsBuiltReducer, CumulativePitchError, Effect, GrindingChatter, PinCircleRadiusError
 from cycloid_profile.measurement import Measurement, parse_measurement
 from cycloid_profile.rig import Settings, simulate

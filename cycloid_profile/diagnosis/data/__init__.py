@@ -1,0 +1,1 @@
+"""Measured files made ready: rows, noise, repeats, refusals."""

@@ -1,0 +1,218 @@
+"""A measured file prepared for the diagnosis: ordered rows, reading errors removed, some rows held out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
+from cycloid_profile.diagnosis.data.noise import Noise, gross_errors, local_noise, spectral_noise
+from cycloid_profile.effects import AsBuiltReducer
+from cycloid_profile.errors import MeasurementError
+from cycloid_profile.measurement import (
+    HYSTERESIS,
+    LOST_MOTION_MAP,
+    PROFILE_SCAN,
+    TRANSMISSION_ERROR,
+    Measurement,
+    MeasurementKind,
+)
+from cycloid_profile.rig import (
+    LEAST_COMPARED_SHARE,
+    CurvePrediction,
+    RegisteredScan,
+    predict_curve,
+    register_scan,
+)
+from cycloid_profile.units import NEWTON_METRE, UM
+
+# Accuracy of the simulation in the unit of the column: docs/diagnosis.md, "Accuracy of the simulation".
+SIMULATION_ACCURACY = {
+    PROFILE_SCAN: 0.008,
+    HYSTERESIS: 0.002,
+    TRANSMISSION_ERROR: 0.02,
+    LOST_MOTION_MAP: 0.001,
+}
+# Rows of a loop below this share of the rated torque are omitted: friction decides which flank is in contact.
+NEAR_ZERO = 0.05
+# Friction reduces the torque on the stage. The remaining torque must exceed the limit with this margin on friction.
+_FRICTION_MARGIN = 1.25
+_MIDDLE = 0.3  # share of the largest torque within which the branches are compared
+# Share of the rated torque after a reversal that is omitted: the friction law at reversals is uncertain.
+NEAR_TURN = 0.05
+# Held-out rows come in blocks, so that correlated noise does not reach them from fitted rows.
+_BLOCKS_PER_LOBE = 6
+_BLOCKS_PER_TURN = 60  # of 6°, two thirds of a pin pitch of 40 pins
+_LOOP_BLOCK = 5  # rows
+_HELD_OUT = 5  # one block in five
+_FEW_ERRORS = 5  # up to this number, notes give their locations
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """A measured file and the properties known before any effect is fitted.
+
+    ``rows``: rows in use, ordered along the disc, the angle or the loop. ``held_out``: mask of ``rows`` kept for the
+    check. ``disc``: scanned disc, counted from 0. ``placed``: first registration of a scan. ``lobes_indexed``: its lobe
+    index is fixed. ``predicted``: first prediction of a curve. ``notes``: sentences about the data.
+    """
+
+    measurement: Measurement
+    disc: int
+    rows: IntArray
+    held_out: BoolArray
+    noise: Noise
+    notes: tuple[str, ...] = ()
+    placed: RegisteredScan | None = None
+    predicted: CurvePrediction | None = None
+    lobes_indexed: bool = False
+
+    @property
+    def kind(self) -> MeasurementKind:
+        """Kind of the file."""
+        return self.measurement.kind
+
+    @property
+    def name(self) -> str:
+        """Name of the file."""
+        return self.measurement.name
+
+    @property
+    def unit(self) -> str:
+        """Unit of residual and noise, such as ``um``."""
+        return self.kind.unit
+
+    @property
+    def accuracy(self) -> float:
+        """Declared accuracy of the simulation, in ``unit``."""
+        return SIMULATION_ACCURACY[self.kind]
+
+    def starts(self, chosen: BoolArray) -> BoolArray:
+        """Mask of the ``chosen`` rows without a predecessor, shape (chosen rows,)."""
+        place = np.flatnonzero(chosen)
+        return np.concatenate([[True], np.diff(place) > 1])
+
+
+def record(reducer: AsBuiltReducer, measurement: Measurement, disc: int = 0) -> Recording:
+    """Prepare a measured file.
+
+    Raises
+    ------
+    MeasurementError
+        If fewer than 8 rows can be compared with the prediction, or the disc does not exist.
+    """
+    if measurement.kind is PROFILE_SCAN:
+        return _scan_recording(reducer, measurement, disc)
+    return _curve_recording(reducer, measurement)
+
+
+def use_all_rows(recording: Recording) -> Recording:
+    """The recording with all rows to fit."""
+    return replace(recording, held_out=np.zeros_like(recording.held_out))
+
+
+def for_validation_only(recording: Recording) -> Recording:
+    """The recording with all rows held out."""
+    return replace(recording, held_out=np.ones_like(recording.held_out))
+
+
+def _scan_recording(reducer: AsBuiltReducer, measurement: Measurement, disc: int) -> Recording:
+    if not 0 <= disc < reducer.discs:
+        raise MeasurementError("disc", disc + 1, f"is not one of the {reducer.discs} discs", "count from 1")
+    tooth = reducer.teeth[disc]
+    placed = register_scan(tooth, measurement)
+    along = np.mod(placed.along + np.pi, tooth.trochoid.phase_period)
+    rows = np.argsort(along, kind="stable")
+    notes = []
+    spacing = np.diff(along[rows])
+    repeated = np.concatenate([[False], spacing < 0.02 * float(np.median(spacing))])
+    if np.count_nonzero(repeated):
+        notes.append(f"{np.count_nonzero(repeated)} points repeat a position and are omitted")
+        rows = rows[~repeated]
+    residual = placed.removal[rows] / UM
+    erroneous = gross_errors(residual, local_noise(residual, np.arange(rows.size)).sigma)
+    if np.any(erroneous):
+        count = int(np.count_nonzero(erroneous))
+        hit = ", ".join(str(n + 1) for n in np.unique(placed.lobe[rows[erroneous]].astype(int)))
+        where = f", on lobe {hit}: a pit narrower than the point spacing looks the same" if count <= _FEW_ERRORS else ""
+        notes.append(f"{count} reading errors are omitted{where}")
+        rows = rows[~erroneous]
+        keep = np.zeros(along.size, dtype=bool)
+        keep[rows] = True
+        placed = register_scan(tooth, measurement, keep, placed)
+    noise = spectral_noise(placed.removal[rows] / UM, measurement.number("noise_um"))
+    points = np.bincount(placed.lobe[rows].astype(int), minlength=tooth.trochoid.lobes)
+    # A lobe that was not scanned may contain a point of its neighbour, at the tip.
+    lobes = int(np.count_nonzero(points > 0.25 * np.median(points[points > 0])))
+    if lobes < tooth.trochoid.lobes:
+        notes.append(f"{tooth.trochoid.lobes - lobes} of {tooth.trochoid.lobes} lobes were not scanned")
+    if rows.size > 2 and float(np.median(np.diff(np.unwrap(np.angle(placed.placed))))) > 0.0:
+        notes.append("the points run anticlockwise; their order was reversed")
+    block = np.floor(along[rows] / (2.0 * np.pi) * _BLOCKS_PER_LOBE).astype(int)
+    return Recording(measurement, disc, rows, block % _HELD_OUT == 2, noise, tuple(notes), placed)
+
+
+def _usable_rows(torque: FloatArray, angle: FloatArray, rated: float) -> BoolArray:
+    """Rows of a loop away from zero torque and from reversals, where friction changes sign."""
+    direction = np.sign(np.diff(torque, prepend=torque[0]))
+    least = max(
+        NEAR_ZERO * rated, LEAST_COMPARED_SHARE * rated + _FRICTION_MARGIN * _friction(torque, angle, direction)
+    )
+    reversal = np.full(torque.size, np.inf)
+    for i in range(1, torque.size):
+        back = direction[i] * direction[i - 1] < 0.0
+        reversal[i] = torque[i - 1] if back else reversal[i - 1]
+    near: BoolArray = np.abs(torque - reversal) < NEAR_TURN * rated
+    return (np.abs(torque) >= least) & ~near
+
+
+def _friction(torque: FloatArray, angle: FloatArray, direction: FloatArray) -> float:
+    """Friction torque: half the torque between the branches in the middle of the loop; 0 for one branch."""
+    middle = np.abs(torque) < _MIDDLE * float(np.max(np.abs(torque)))
+    up, down = ((direction == sign) & middle for sign in (1.0, -1.0))
+    if np.count_nonzero(up) < 2 or np.count_nonzero(down) < 2:
+        return 0.0
+    order = np.argsort(angle[up], kind="stable")
+    both = down & (angle >= angle[up][order[0]]) & (angle <= angle[up][order[-1]])
+    if not np.any(both):
+        return 0.0
+    risen = np.interp(angle[both], angle[up][order], torque[up][order])
+    return max(0.5 * float(np.median(risen - torque[both])), 0.0)
+
+
+def _curve_recording(reducer: AsBuiltReducer, measurement: Measurement) -> Recording:
+    predicted = predict_curve(reducer, measurement)
+    residual = measurement.value - predicted.value
+    rows = np.arange(residual.size)
+    notes = []
+    if measurement.kind is HYSTERESIS:
+        rows = rows[
+            _usable_rows(measurement["torque_nm"], measurement["angle_arcmin"], abs(reducer.case.torque) / NEWTON_METRE)
+        ]
+        block = rows // _LOOP_BLOCK
+    else:
+        angle = measurement["output_angle_deg"]
+        if rows.size > 2 and float(np.median(np.diff(angle))) < 0.0:
+            notes.append("the angles decrease; the rows were sorted")
+        rows = np.argsort(angle, kind="stable")
+        repeated = np.concatenate([[False], np.diff(angle[rows]) < 1e-9])
+        if np.any(repeated):
+            notes.append(f"{np.count_nonzero(repeated)} rows repeat an angle and are omitted")
+            rows = rows[~repeated]
+        block = np.floor(angle[rows] / 360.0 * _BLOCKS_PER_TURN).astype(int)
+    rows, block = rows[np.isfinite(residual[rows])], block[np.isfinite(residual[rows])]
+    if rows.size < 8:
+        raise MeasurementError(
+            f"{measurement.name}: rows to compare", rows.size, "are too few", "measure more rows, away from zero torque"
+        )
+    erroneous = gross_errors(residual[rows], local_noise(residual[rows], rows).sigma)
+    if np.any(erroneous):
+        notes.append(f"{np.count_nonzero(erroneous)} reading errors are omitted")
+        rows, block = rows[~erroneous], block[~erroneous]
+    stated = measurement.stated_noise
+    if measurement.kind is HYSTERESIS:
+        noise = local_noise(residual[rows], rows, stated)
+    else:
+        noise = spectral_noise(residual[rows], stated)
+    return Recording(measurement, 0, rows, block % _HELD_OUT == 2, noise, tuple(notes), predicted=predicted)

@@ -1,0 +1,1 @@
+"""Hypotheses, their linear and exact response, evidence and tests of the residual."""

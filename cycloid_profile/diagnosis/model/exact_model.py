@@ -1,0 +1,274 @@
+"""Nonlinear least squares with priors: sizes of a set of effects on the exact model."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from cycloid_profile.arrays import FloatArray
+from cycloid_profile.diagnosis.data.recording import Recording
+from cycloid_profile.diagnosis.model.candidate import Candidate
+from cycloid_profile.diagnosis.model.evidence import log_evidence_at
+from cycloid_profile.diagnosis.model.flank_grid import FlankGrid
+from cycloid_profile.diagnosis.model.normal_equations import Whitened, normal_equations
+from cycloid_profile.diagnosis.model.optimum import FARTHEST, Attempt, Optimum
+from cycloid_profile.diagnosis.model.residuals import Residuals, predicted_curves
+from cycloid_profile.effects import AsBuiltReducer
+from cycloid_profile.errors import CycloidError
+from cycloid_profile.measurement import HYSTERESIS, PROFILE_SCAN
+from cycloid_profile.rig import CurvePrediction
+
+_HALVINGS = 3  # shortenings of a step, to a sixteenth at the least: a shorter step gains nothing
+_FEW_OF_POSES = 0.25  # share of the poses to solve below which a state is cheap
+_LARGEST_STEP = 1.0  # prior widths, see ``_bounded``
+_ABANDONED_ABOVE = 50.0  # of chi² above the best set: five times the 9 between two distinguished sets
+_CACHED_STATES = 6  # states in the cache; each holds the load on every pin at every row
+_CONVERGED_GAIN = 0.02  # of chi²: a step with a smaller gain is the last
+# A row without a prediction counts as this many standard deviations.
+_NO_PREDICTION = 50.0
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """The reducer with some effects, and the residuals of all recordings on it."""
+
+    reducer: AsBuiltReducer
+    residuals: tuple[Residuals, ...]
+
+    @cached_property
+    def blocks(self) -> tuple[Whitened, ...]:
+        """Rows to fit."""
+        return tuple(Whitened(one) for one in self.residuals)
+
+    @cached_property
+    def chi2(self) -> float:
+        """chi² of all rows to fit, nuisances marginalised."""
+        lost = sum(
+            int(np.count_nonzero(~np.isfinite(one.residual) & ~one.recording.held_out)) for one in self.residuals
+        )
+        return sum(block.chi2 for block in self.blocks) + _NO_PREDICTION**2 * lost
+
+
+def _bounded(step: FloatArray) -> FloatArray:
+    """The step, limited to one prior width in each coordinate: the linear model is invalid further away."""
+    largest = float(np.max(np.abs(step), initial=0.0))
+    return step / max(largest / _LARGEST_STEP, 1.0)
+
+
+class ExactModel:
+    """Recordings of a reducer to which effects can be added; ``residuals`` of the reducer without them, if known."""
+
+    def __init__(
+        self,
+        reducer: AsBuiltReducer,
+        recordings: Sequence[Recording],
+        flank_grid: FlankGrid | None = None,
+        residuals: Sequence[Residuals] | None = None,
+    ) -> None:
+        self.reducer, self.recordings = reducer, tuple(recordings)
+        self.flank_grid = FlankGrid(reducer) if flank_grid is None else flank_grid
+        self._states: OrderedDict[bytes, tuple[tuple[Candidate, ...], tuple[Residuals, ...]]] = OrderedDict()
+        self._latest: list[CurvePrediction] | None = None
+        self._baseline = None if residuals is None else self._residuals_on(reducer, residuals)
+
+    def with_recordings(
+        self, recordings: Sequence[Recording], residuals: Sequence[Residuals] | None = None
+    ) -> ExactModel:
+        """The same reducer with other recordings."""
+        return ExactModel(self.reducer, recordings, self.flank_grid, residuals)
+
+    def with_residuals(self, residuals: Sequence[Residuals]) -> ExactModel:
+        """The same rows of the same files with another lobe index."""
+        recordings = [
+            replace(one.recording, held_out=r.held_out) for one, r in zip(residuals, self.recordings, strict=True)
+        ]
+        return self.with_recordings(recordings, residuals)
+
+    def without_scans(self) -> ExactModel:
+        """The same reducer with bench files only."""
+        return self._only_with([one for one in self.baseline.residuals if one.recording.kind.is_curve])
+
+    def scans_alone(self) -> ExactModel:
+        """The same reducer with scans only."""
+        return self._only_with([one for one in self.baseline.residuals if one.recording.kind is PROFILE_SCAN])
+
+    def _only_with(self, residuals: Sequence[Residuals]) -> ExactModel:
+        return self.with_recordings([one.recording for one in residuals], residuals)
+
+    def with_held_out(self, recordings: Sequence[Recording]) -> ExactModel:
+        """The same with other rows held out; known residuals are reused."""
+        twin = self.with_recordings(recordings, self.baseline.residuals)
+        twin._states = self._states
+        return twin
+
+    def optima(
+        self, attempts: Sequence[Attempt], prior: Callable[[Sequence[Candidate]], float]
+    ) -> list[Optimum | None]:
+        """Optimum of each attempt; None where an attempt fails."""
+        return [self.optimum(one, prior(one.members)) for one in attempts]
+
+    @property
+    def only_loops(self) -> bool:
+        """Whether all files are hysteresis loops, each at one output angle."""
+        return all(r.kind is HYSTERESIS for r in self.recordings)
+
+    @property
+    def only_scans(self) -> bool:
+        """Whether all files are profile scans."""
+        return all(r.kind is PROFILE_SCAN for r in self.recordings)
+
+    def solves_few_poses(self, members: Sequence[Candidate]) -> bool:
+        """Whether most poses stay equivalent under rotation by one pin pitch with these members, which makes a state
+        cheap.
+        """
+        return self._few_distinct_poses and not any(member.breaks_pin_symmetry for member in members)
+
+    @cached_property
+    def _few_distinct_poses(self) -> bool:
+        terms = [term for one in self._predicted(self.baseline.residuals) for term in one.terms]
+        solved = sum(term.sharing.torque.size for term in terms)
+        return bool(terms) and solved <= _FEW_OF_POSES * sum(term.output_angle.size for term in terms)
+
+    @property
+    def baseline(self) -> State:
+        """State without additional effects."""
+        if self._baseline is None:
+            self._baseline = State(self.reducer, self._register(self.reducer))
+        return self._baseline
+
+    def state(self, members: Sequence[Candidate], u: FloatArray, farthest: float = FARTHEST) -> State | None:
+        """State with effects at coordinates ``u``; None without solution or beyond ``farthest`` widths."""
+        if not members:
+            return self.baseline
+        key = np.array([id(member) for member in members]).tobytes() + u.tobytes()
+        if key in self._states:
+            self._states.move_to_end(key)
+        else:
+            try:
+                reducer = self._reducer_with(members, u, farthest)
+                if reducer is None:
+                    return None
+                # The members are stored too, so that their ids stay valid.
+                self._states[key] = (tuple(members), self._register(reducer))
+            except CycloidError:
+                return None
+            if len(self._states) > _CACHED_STATES:
+                self._states.popitem(last=False)
+        residuals = self._states[key][1]
+        return self._residuals_on(residuals[0].reducer, residuals)
+
+    def _reducer_with(self, members: Sequence[Candidate], u: FloatArray, farthest: float) -> AsBuiltReducer | None:
+        reducer = self.reducer
+        for i, candidate in enumerate(members):
+            if float(np.hypot(u[2 * i], u[2 * i + 1])) > farthest:
+                return None
+            effect = candidate.effect(u[2 * i : 2 * i + 2] * candidate.width)
+            if effect is None:
+                return None
+            reducer = effect.apply(reducer)
+        return reducer
+
+    def at(self, optimum: Optimum) -> State:
+        """The state of an optimum."""
+        state = self.state(optimum.members, optimum.u)
+        assert state is not None
+        return state
+
+    def optimum(self, attempt: Attempt, prior: float) -> Optimum | None:
+        """Optimum of one set with log prior ``prior``; None if the start has no solution or the attempt is abandoned.
+
+        Gauss–Newton steps with a line search; the priors are unit normal in units of widths.
+        """
+        members, u = attempt.members, np.array(attempt.start, dtype=np.float64)
+        steps, beat, farthest = attempt.steps, attempt.beat, attempt.farthest
+        for i, candidate in enumerate(members):
+            if candidate.one_sided:
+                u[2 * i] = max(u[2 * i], 1e-3)
+        # Every attempt starts from the same poses, so that results do not depend on the order of attempts.
+        self._latest = self._predicted(self.baseline.residuals)
+        now = self.state(members, u, farthest)
+        if now is None:
+            return None
+        converged = False
+        R = np.zeros((u.size, u.size))
+        if not members:
+            converged, steps = True, 0
+        for number in range(steps):
+            equations = normal_equations(now.blocks, members)
+            R = equations.R
+            step = _bounded(np.asarray(np.linalg.solve(np.eye(u.size) + R, equations.b - u), dtype=np.float64))
+            expected = float(step @ (equations.b - u))
+            if expected < _CONVERGED_GAIN:
+                converged = True
+                break
+            promised = float((equations.b - u) @ np.linalg.solve(np.eye(u.size) + R, equations.b - u))
+            # The linear promise is less reliable before the second step.
+            if now.chi2 + float(u @ u) - (1.0 + 2.0 / max(number, 1) ** 2) * promised > beat + _ABANDONED_ABOVE:
+                return None
+            new = self._line_search(members, u, step, now, farthest)
+            if new is None:
+                break
+            u, now = new
+            if np.any(np.hypot(u[0::2], u[1::2]) < attempt.least):
+                return None
+        if members and not converged:
+            R = normal_equations(now.blocks, members).R
+        rows = sum(block.z.size for block in now.blocks)
+        fall = self.baseline.chi2 - now.chi2
+        covariance = np.asarray(np.linalg.inv(np.eye(u.size) + R), dtype=np.float64)
+        value = log_evidence_at(fall, u, covariance, prior, members)
+        return Optimum(members, u, covariance, R, now.chi2, rows, value, converged)
+
+    def with_residual_noise(self, optimum: Optimum) -> Optimum:
+        """The optimum with covariances scaled by the residual variance of each file.
+
+        The noise estimate made before any fit has a large scatter on few rows.
+        """
+        if not optimum.members:
+            return optimum
+        blocks = self.at(optimum).blocks
+        parts = normal_equations(blocks, optimum.members).parts
+        R = sum(part.R * (block.z.size / block.chi2) for part, block in zip(parts, blocks, strict=True))
+        return replace(optimum, covariance=np.asarray(np.linalg.inv(np.eye(optimum.u.size) + R), dtype=np.float64))
+
+    def _line_search(
+        self, members: tuple[Candidate, ...], u: FloatArray, step: FloatArray, now: State, farthest: float
+    ) -> tuple[FloatArray, State] | None:
+        """The step, shortened until chi² falls; None if it does not."""
+        before = now.chi2 + float(u @ u)
+        share = 1.0
+        for _ in range(_HALVINGS):
+            tried = u + share * step
+            for i, candidate in enumerate(members):
+                if candidate.one_sided:
+                    tried[2 * i] = max(tried[2 * i], 0.1 * u[2 * i])
+            state = self.state(members, tried, farthest)
+            if state is not None and state.chi2 + float(tried @ tried) < before:
+                return tried, state
+            share *= 0.4
+        return None
+
+    def _register(self, reducer: AsBuiltReducer) -> tuple[Residuals, ...]:
+        curves = [r for r in self.recordings if r.kind.is_curve]
+        # The previous reducer is similar: its poses are a good start.
+        self._latest = predicted_curves(curves, reducer, self._latest)
+        predicted = dict(zip(map(id, curves), self._latest, strict=True))
+        return tuple(
+            self._reusable_residual(i, reducer) or Residuals(r, reducer, self.flank_grid, predicted.get(id(r)))
+            for i, r in enumerate(self.recordings)
+        )
+
+    def _reusable_residual(self, i: int, reducer: AsBuiltReducer) -> Residuals | None:
+        """Residuals of scan ``i``, reusable if the effects leave its disc unchanged; None otherwise."""
+        return None if self._baseline is None else self._baseline.residuals[i].on(reducer)
+
+    @staticmethod
+    def _predicted(residuals: Sequence[Residuals]) -> list[CurvePrediction]:
+        return [one.first_order.prediction for one in residuals if one.recording.kind.is_curve]
+
+    def _residuals_on(self, reducer: AsBuiltReducer, residuals: Sequence[Residuals]) -> State:
+        return State(reducer, tuple(one.under(r) for one, r in zip(residuals, self.recordings, strict=True)))

@@ -1,0 +1,211 @@
+"""Lobe index of scans: which lobe is number 1. A single scan does not determine it; files that show the same effects
+must agree.
+
+Raising the index maps every hypothesis to another one of the library, so the normal equations of all indices follow
+from those of one. Effects common to all discs cancel to first order on the bench; there the exact model decides.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from cycloid_profile.arrays import FloatArray
+from cycloid_profile.diagnosis.data.recording import Recording
+from cycloid_profile.diagnosis.model.candidate import Candidate
+from cycloid_profile.diagnosis.model.evidence import best_extension_or_self, log_priors
+from cycloid_profile.diagnosis.model.exact_model import ExactModel
+from cycloid_profile.diagnosis.model.flank_grid import FlankGrid
+from cycloid_profile.diagnosis.model.library import Library
+from cycloid_profile.diagnosis.model.normal_equations import NormalEquations, Whitened, normal_equations
+from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
+from cycloid_profile.diagnosis.model.residuals import Residuals
+from cycloid_profile.effects import AsBuiltReducer
+from cycloid_profile.measurement import PROFILE_SCAN
+
+_STEPS = 3  # from the optimum with the old index, a close start
+_OPEN = 10.0  # of the evidence: a deficit on the subsample below this value is open
+
+
+def index_lobes(
+    reducer: AsBuiltReducer, residuals: Sequence[Residuals], candidates: Sequence[Candidate], flank_grid: FlankGrid
+) -> list[Residuals]:
+    """Residuals with the lobe index of each scan that agrees best with the files before it."""
+    equations = (
+        [normal_equations([Whitened(one)], candidates) for one in residuals]
+        if _has_free_scan(reducer, residuals)
+        else []
+    )
+    offsets = _offsets(reducer, residuals, equations, log_priors(candidates), [])
+    return [_reindexed(one, n, flank_grid) for one, n in zip(residuals, offsets, strict=True)]
+
+
+def reindexed_about(model: ExactModel, near: ExactModel, library: Library, best: Optimum) -> ExactModel:
+    """The model with its scans re-indexed, given a set of effects; the model itself if no index changes.
+
+    On an odd number of lobes, an oval rotated by 180° differs from the original by half a lobe only. The linear error
+    of other files can hide that, so they are linearised about ``best``, an optimum of ``near``. ``near`` may have fewer
+    rows than ``model``.
+    """
+    residuals = model.baseline.residuals
+    if not _has_free_scan(model.reducer, residuals):
+        return model
+    places = library.places(best.members)
+    equations = []
+    for whole, block in zip(model.baseline.blocks, near.at(best).blocks, strict=True):
+        if whole.residuals.recording.kind is PROFILE_SCAN:
+            equations.append(normal_equations([whole], library.candidates))
+        else:
+            equations.append(normal_equations([block], library.candidates).about(places, best.u))
+    offsets = _offsets(model.reducer, residuals, equations, library.priors, places)
+    if not any(offsets):
+        return model
+    return _with_offsets(model, offsets)
+
+
+def reindexed_by(model: ExactModel, lobes: int) -> ExactModel:
+    """The model with the lobe index of all scans without a fixed index raised by ``lobes``."""
+    if not lobes:
+        return model
+    return _with_offsets(model, [lobes if has_free_index(model.reducer, r) else 0 for r in model.recordings])
+
+
+def has_free_index(reducer: AsBuiltReducer, recording: Recording) -> bool:
+    """Whether the lobe index of a file is free: a scan of identical lobes without an index fixed before."""
+    return (
+        recording.kind is PROFILE_SCAN and reducer.teeth[recording.disc].identical_lobes and not recording.lobes_indexed
+    )
+
+
+def indexed_from(one: Residuals, lobe: int, flank_grid: FlankGrid) -> Residuals:
+    """The scan with its index fixed: ``lobe``, counted from 0, becomes number 1."""
+    reindexed = _reindexed(one, lobe, flank_grid)
+    return reindexed.under(replace(reindexed.recording, lobes_indexed=True))
+
+
+def _with_offsets(model: ExactModel, offsets: Sequence[int]) -> ExactModel:
+    return model.with_residuals(
+        [_reindexed(one, n, model.flank_grid) for one, n in zip(model.baseline.residuals, offsets, strict=True)]
+    )
+
+
+def _has_free_scan(reducer: AsBuiltReducer, residuals: Sequence[Residuals]) -> bool:
+    """Whether there is a scan with a free lobe index, and another file to compare it with."""
+    return len(residuals) > 1 and any(has_free_index(reducer, one.recording) for one in residuals)
+
+
+def _reindexed(one: Residuals, lobes: int, flank_grid: FlankGrid) -> Residuals:
+    if not lobes:
+        return one
+    return Residuals(
+        with_raised_index(one.recording, -lobes, one.reducer.case.drive.trochoid.lobes), one.reducer, flank_grid
+    )
+
+
+def _offsets(
+    reducer: AsBuiltReducer,
+    residuals: Sequence[Residuals],
+    equations: Sequence[NormalEquations],
+    priors: FloatArray,
+    members: Sequence[int],
+) -> list[int]:
+    """Index offset of each recording against the files before it; scans come last."""
+    offsets = [0] * len(residuals)
+    so_far: NormalEquations | None = None
+    fixed = [not has_free_index(reducer, one.recording) for one in residuals]
+    for i in sorted(range(len(equations)), key=lambda i: (residuals[i].recording.kind is PROFILE_SCAN, not fixed[i])):
+        own = equations[i]
+        if so_far is not None and not fixed[i]:
+            offsets[i], own = _best_offset(so_far, own, reducer.case.drive.trochoid.lobes, priors, members)
+        so_far = own if so_far is None else so_far.plus(own)
+    return offsets
+
+
+def with_raised_index(recording: Recording, lobes: int, of: int) -> Recording:
+    """The scan with the number of every lobe raised by ``lobes``."""
+    if recording.placed is None or lobes == 0:
+        return recording
+    turn = recording.placed.turn + 2.0 * math.pi * lobes / of
+    return replace(recording, placed=replace(recording.placed, turn=turn))
+
+
+def _best_offset(
+    others: NormalEquations, scan: NormalEquations, of: int, priors: FloatArray, members: Sequence[int]
+) -> tuple[int, NormalEquations]:
+    """Index offset of the scan that fits the other files best, and its equations with that index.
+
+    The criterion is the evidence of ``members`` with at most one more effect.
+    """
+    best = (-math.inf, 0, scan)
+    # Small offsets first: the nearest is kept unless another is clearly better.
+    for lobes in sorted(range(of), key=lambda n: min(n, of - n)):
+        further = reindexed_equations(scan, lobes, of)
+        value = best_extension_or_self(others.plus(further), priors, members).log_evidence
+        if value > best[0] + 1.0:
+            best = (value, lobes, further)
+    return best[1], best[2]
+
+
+def reindexed_equations(scan: NormalEquations, lobes: int, of: int) -> NormalEquations:
+    """The equations of a scan with its lobe index raised by ``lobes`` against the library."""
+    index = {(c.name, tuple(sorted(c.choice.items(), key=str))): i for i, c in enumerate(scan.candidates)}
+    place, turn = np.empty(len(scan.candidates), dtype=np.intp), np.empty((len(scan.candidates), 2, 2))
+    for i, candidate in enumerate(scan.candidates):
+        choice, angle = candidate.reindexed(lobes, of)
+        place[i] = index[(candidate.name, tuple(sorted(choice.items(), key=str)))]
+        turn[i] = rotation(angle)
+    n = place.size
+    b = np.einsum("idc,id->ic", turn, scan.b.reshape(n, 2)[place])
+    blocks = scan.R.reshape(n, 2, n, 2).transpose(0, 2, 1, 3)[place[:, np.newaxis], place]
+    blocks = np.swapaxes(turn, 1, 2)[:, np.newaxis] @ blocks @ turn
+    return replace(scan, b=b.ravel(), R=blocks.transpose(0, 2, 1, 3).reshape(2 * n, 2 * n))
+
+
+def rotation(angle: float) -> FloatArray:
+    """Rotation matrix of two coordinates."""
+    return np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+
+
+def reindexed_for(
+    model: ExactModel, subsampled: ExactModel, library: Library, best: Optimum
+) -> tuple[ExactModel, Optimum]:
+    """The model with the lobe index that suits the ``best`` set, or the set rotated by 180° if that fits better, and
+    its optimum.
+
+    The same model if no index changes. The ``subsampled`` model proposes another index, the full model decides.
+    """
+    if not best.members:
+        return model, best
+    mine = _refitted_on_subsample(subsampled, best, library)
+    if mine is None or reindexed_about(subsampled, subsampled, library, mine) is not subsampled:
+        reindexed = reindexed_about(model, model, library, best)
+        if reindexed is not model:
+            return reindexed, best
+    for _, other in best.rotated_by_180():
+        if mine is not None and not _may_be_better(subsampled, library, other, mine):
+            continue
+        if model.state(other.members, other.u) is None:
+            continue
+        reindexed = reindexed_about(model, model, library, other)
+        if reindexed is not model:
+            attempt = Attempt(other.members, other.u, beat=best.misfit)
+            found = reindexed.optimum(attempt, library.prior(other.members))
+            if found is not None and found.log_evidence > best.log_evidence:
+                return reindexed, found
+    return model, best
+
+
+def _refitted_on_subsample(subsampled: ExactModel, best: Optimum, library: Library) -> Optimum | None:
+    """Optimum of a set on the subsample, from its optimum on more rows."""
+    return subsampled.optimum(Attempt(best.members, best.u, _STEPS), library.prior(best.members))
+
+
+def _may_be_better(subsampled: ExactModel, library: Library, other: Optimum, mine: Optimum) -> bool:
+    """Whether the subsample permits that ``other``, with the lobe index of its own, fits better than ``mine``."""
+    if subsampled.state(other.members, other.u) is None:
+        return False
+    found = _refitted_on_subsample(reindexed_about(subsampled, subsampled, library, other), other, library)
+    return found is not None and found.log_evidence > mine.log_evidence - _OPEN

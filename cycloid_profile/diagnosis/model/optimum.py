@@ -1,0 +1,100 @@
+"""Input and output of an exact fit: the attempt and its optimum."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+
+from cycloid_profile.arrays import FloatArray
+from cycloid_profile.diagnosis.model.candidate import Candidate
+
+FARTHEST = 4.0  # widths: beyond this a size is implausible and the equilibrium may not exist
+_STEPS = 8  # most fits end earlier, by the gain of their last step
+
+
+@dataclass(frozen=True, eq=False)
+class Optimum:
+    """Optimal sizes of ``members``: coordinates ``u`` in units of prior widths, two each, with covariance.
+
+    ``R``: half the curvature of chi². ``chi2``: over ``rows`` rows. ``log_evidence``: against no effect. ``converged``:
+    the last step was small. ``ExactModel.at`` gives the state.
+    """
+
+    members: tuple[Candidate, ...]
+    u: FloatArray
+    covariance: FloatArray
+    R: FloatArray
+    chi2: float
+    rows: int
+    log_evidence: float
+    converged: bool
+
+    def coordinates(self, i: int) -> FloatArray:
+        """Coordinates of member ``i`` in their own unit."""
+        return self.u[self._own(i)] * self.members[i].width
+
+    def covariance_of(self, i: int) -> FloatArray:
+        """Their covariance."""
+        return self.covariance[self._own(i), self._own(i)] * self.members[i].width ** 2
+
+    def _own(self, i: int) -> slice:
+        i %= len(self.members)
+        return slice(2 * i, 2 * i + 2)
+
+    def remaining_member(self, others: Sequence[Candidate]) -> Candidate | None:
+        """The single member that matches none of ``others`` by name; None otherwise."""
+        rest = list(self.members)
+        for other in others:
+            same = [member for member in rest if member.name == other.name]
+            if not same:
+                return None
+            rest.remove(same[0])
+        return rest[0] if len(rest) == 1 else None
+
+    @property
+    def misfit(self) -> float:
+        """chi² plus the prior term."""
+        return self.chi2 + float(self.u @ self.u)
+
+    def rotated_by_180(self) -> Iterator[tuple[tuple[Candidate, ...], Optimum]]:
+        """Combinations of members common to all discs, each with the set that has them rotated by 180°.
+
+        Discs mounted 180° apart respond to both angles in nearly the same way.
+        """
+        identical = [
+            i
+            for i, member in enumerate(self.members)
+            if member.on_all_discs and member.angle is not None and member.waves == 1
+        ]
+        for count in range(1, len(identical) + 1):
+            for some in combinations(identical, count):
+                u = self.u.copy()
+                for i in some:
+                    u[self._own(i)] *= -1.0
+                yield tuple(self.members[i] for i in some), replace(self, u=u)
+
+    @property
+    def implausible(self) -> bool:
+        """Whether a size is implausible."""
+        sizes = np.hypot(self.u[0::2], self.u[1::2])
+        return any(size * c.width > c.implausible for size, c in zip(sizes, self.members, strict=True))
+
+
+@dataclass(frozen=True, eq=False)
+class Attempt:
+    """Fit of ``members`` from ``start``, shape (2·members,), in at most ``steps`` steps.
+
+    Sizes are limited to ``farthest`` widths. The attempt is abandoned if even the linear model cannot reach ``beat``,
+    chi² with priors of a better set, or if a member falls below ``least`` widths.
+    """
+
+    members: tuple[Candidate, ...]
+    start: FloatArray
+    steps: int = _STEPS
+    beat: float = math.inf
+    farthest: float = FARTHEST
+    least: float = 0.0

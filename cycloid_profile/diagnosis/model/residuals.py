@@ -1,0 +1,207 @@
+"""Residuals of a recording: measured minus predicted, its nuisances, and the response to each hypothesis."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from copy import copy
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
+from cycloid_profile.diagnosis.data.recording import Recording
+from cycloid_profile.diagnosis.model.candidate import Candidate
+from cycloid_profile.diagnosis.model.flank_grid import FlankGrid
+from cycloid_profile.effects import AsBuiltReducer, removal_between
+from cycloid_profile.measurement import HYSTERESIS, LOST_MOTION_MAP, PROFILE_SCAN, TRANSMISSION_ERROR
+from cycloid_profile.rig import CurvePrediction, LinearisedCurve, predict_curves, register_scan
+from cycloid_profile.units import DEGREE, UM
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+# A nuisance wider than this number of standard deviations of a row counts as unknown.
+_FREE = 100.0
+# Datum and drift are subtracted up to this number of their standard deviations.
+_ACCURACIES = 2.0
+# Prior widths of the nuisances, in the unit of the column.
+DATUM_ACCURACY_UM = 0.1  # origin of a scan whose datum is the bore
+_UNKNOWN = 1e6  # standard deviation of a free nuisance, far above ``_FREE``
+_NOTHING = np.zeros((1, 2))
+_DRIFT = {HYSTERESIS: 0.002, TRANSMISSION_ERROR: 0.02, LOST_MOTION_MAP: 0.0005}
+
+
+class Residuals:
+    """Residuals of a recording on a reducer; arrays over the rows of the recording, in the unit of its column.
+
+    ``residual``: measured minus predicted (removal for a scan), NaN without a prediction. ``nuisance``: shape (rows,
+    n), each column scaled by its prior width.
+    """
+
+    def __init__(
+        self,
+        recording: Recording,
+        reducer: AsBuiltReducer,
+        flank_grid: FlankGrid | None = None,
+        predicted: CurvePrediction | None = None,
+    ) -> None:
+        self.recording, self.reducer = recording, reducer
+        self.flank_grid = FlankGrid(reducer) if flank_grid is None else flank_grid
+        self._columns: dict[int, tuple[Candidate, FloatArray]] = {}
+        self._weights: dict[int, list[tuple[csr_array, slice | IntArray]]] = {}
+        rows, measurement = recording.rows, recording.measurement
+        if recording.kind is PROFILE_SCAN:
+            keep = np.zeros(measurement["x_mm"].size, dtype=bool)
+            keep[rows] = True
+            self.placed = register_scan(reducer.teeth[recording.disc], measurement, keep, recording.placed)
+            self.residual = self.placed.removal[rows] / UM
+            stated = measurement.number("datum_um")
+            datum = DATUM_ACCURACY_UM if stated is None else stated
+            origin = _UNKNOWN if measurement.datum_free else datum
+            normal = self.placed.normal[rows]
+            lever = self.placed.lever[rows] / self.placed.tooth.trochoid.pin_circle_radius
+            self.nuisance = np.stack([_UNKNOWN * lever, origin * normal.real, origin * normal.imag], axis=1)
+            self.phase, self.lobe = self.placed.foot[rows], self.placed.lobe[rows]
+            self.position = np.mod(self.placed.along[rows] + np.pi, self.placed.tooth.trochoid.phase_period)
+        else:
+            if predicted is None:
+                predicted = predicted_curves([recording], reducer)[0]
+            self.first_order = LinearisedCurve(predicted)
+            self.residual = measurement.value[rows] - predicted.value
+            ramp = np.linspace(-1.0, 1.0, rows.size)
+            columns = [_DRIFT[recording.kind] * ramp]
+            if recording.kind.zero_unknown:
+                columns.append(np.full(rows.size, _UNKNOWN))
+            self.nuisance = np.stack(columns, axis=1)
+            self.position = (
+                rows + 1.0 if recording.kind is HYSTERESIS else measurement["output_angle_deg"][rows] * DEGREE
+            )
+
+    def under(self, recording: Recording) -> Residuals:
+        """The same with other rows held out, without recomputation."""
+        twin = copy(self)
+        twin.recording = recording
+        return twin
+
+    def on(self, reducer: AsBuiltReducer) -> Residuals | None:
+        """The same on another reducer with an identical scanned disc; None for other recordings."""
+        if self.recording.kind.is_curve:
+            return None
+        if reducer.teeth[self.recording.disc] is not self.reducer.teeth[self.recording.disc]:
+            return None
+        twin = copy(self)
+        twin.reducer = reducer
+        return twin
+
+    def columns(self, candidates: Sequence[Candidate]) -> FloatArray:
+        """Change of the prediction per prior width of each coordinate, shape (rows, candidates, 2).
+
+        The second is zero for candidates with one coordinate.
+        """
+        fresh = [c for c in candidates if id(c) not in self._columns]
+        sampled = [c for c in fresh if self.flank_grid.sampled(c)]
+        for candidate, own in zip(sampled, self._flank_columns(sampled), strict=True):
+            # The candidate is stored too, so that its id stays valid.
+            self._columns[id(candidate)] = (candidate, own)
+        for candidate in fresh:
+            if id(candidate) not in self._columns:
+                self._columns[id(candidate)] = (candidate, self._change_column(candidate))
+        found = np.zeros((self.residual.size, len(candidates), 2))
+        for i, candidate in enumerate(candidates):
+            found[:, i] = self._columns[id(candidate)][1]
+        return found
+
+    def _flank_columns(self, candidates: Sequence[Candidate]) -> list[FloatArray]:
+        """Columns of flank effects from their tabulated removals, each of shape (rows, 2)."""
+        scan = self.recording.kind is PROFILE_SCAN
+        found = {id(c): _NOTHING for c in candidates}
+        for j in [self.recording.disc] if scan else range(self.reducer.discs):
+            some = [c for c in candidates if self.flank_grid.touches(c, j)]
+            removals = self.flank_grid.removals(some, j)
+            shown = sum((weights @ removals)[of] for weights, of in self._on_grid(j))
+            for i, candidate in enumerate(some):
+                found[id(candidate)] = found[id(candidate)] + shown[:, 2 * i : 2 * i + 2]
+        return [np.broadcast_to(found[id(c)], (self.residual.size, 2)) for c in candidates]
+
+    def _on_grid(self, disc: int) -> list[tuple[csr_array, slice | IntArray]]:
+        """Pairs of weights on the flank grid, shape (poses, grid), and the pose of each row; they add up."""
+        if disc not in self._weights:
+            if self.recording.kind is PROFILE_SCAN:
+                rows = self.residual.size
+                along = self.phase + 2.0 * np.pi * self.lobe
+                weights = self.flank_grid.weights(np.arange(rows), along, np.full(rows, 1.0 / UM), rows)
+                self._weights[disc] = [(weights, slice(None))]
+            else:
+                self._weights[disc] = [
+                    (self.flank_grid.weights(one.pose, one.along, one.weight, one.poses), one.of)
+                    for one in self.first_order.flank_weights(disc)
+                ]
+        return self._weights[disc]
+
+    def _change_column(self, candidate: Candidate) -> FloatArray:
+        found = np.zeros((self.residual.size, 2))
+        for c in range(candidate.coordinates):
+            after, step = self.flank_grid.after(candidate, c, self.reducer)
+            found[:, c] = self._change(after) * (candidate.width / step)
+        return found
+
+    def waves(self, number: float) -> ComplexArray:
+        """exp(i·number·t) along the disc of a scan, shape (rows,); t is the angle along the disc."""
+        # A non-integer number of waves has its step at the tip before lobe 0, as in the effect.
+        t = self.position - np.pi
+        wave: ComplexArray = np.exp(1j * number * t / self.placed.tooth.trochoid.lobes)
+        return wave
+
+    def _change(self, after: AsBuiltReducer) -> FloatArray:
+        if self.recording.kind.is_curve:
+            return self.first_order.change(after)
+        before, new = self.reducer.teeth[self.recording.disc], after.teeth[self.recording.disc]
+        if new is before:
+            return np.zeros(self.residual.size)
+        return removal_between(before, new, self.phase, self.lobe) / UM
+
+
+def predicted_curves(
+    recordings: Sequence[Recording], reducer: AsBuiltReducer, near: Sequence[CurvePrediction] | None = None
+) -> list[CurvePrediction]:
+    """Predictions at the rows of curves, solved together except for those known already.
+
+    ``near``: predictions for a similar reducer, used as start.
+    """
+    known = {
+        i: r.predicted for i, r in enumerate(recordings) if r.predicted is not None and r.predicted.reducer is reducer
+    }
+    fresh = [i for i in range(len(recordings)) if i not in known]
+    found = dict(
+        zip(
+            fresh,
+            predict_curves(
+                reducer,
+                [(recordings[i].measurement, recordings[i].rows) for i in fresh],
+                None if near is None else [near[i] for i in fresh],
+            ),
+            strict=True,
+        )
+    )
+    return [known[i].at(r.rows) if i in known else found[i] for i, r in enumerate(recordings)]
+
+
+def nuisance_fitted(residuals: Residuals, held_out: bool = False) -> FloatArray:
+    """Residual of all rows in its unit, with the nuisances fitted to the rows to fit and subtracted.
+
+    ``held_out``: fit them to the held-out rows instead. Unknown nuisances (angular zero, free origin) are subtracted in
+    full, drift and datum up to twice their accuracy.
+    """
+    rows = np.isfinite(residuals.residual)
+    if held_out or not np.all(residuals.recording.held_out):
+        rows &= residuals.recording.held_out == held_out
+    A, left = residuals.nuisance / residuals.recording.noise.sigma, residuals.residual / residuals.recording.noise.sigma
+    gram = np.eye(A.shape[1]) + A[rows].T @ A[rows]
+    amount = np.linalg.solve(gram, A[rows].T @ left[rows])
+    free = np.sqrt(np.mean(A[rows] ** 2, axis=0)) > _FREE
+    amount[~free] = np.clip(amount[~free], -_ACCURACIES, _ACCURACIES)
+    if np.any(free):
+        rest = left[rows] - A[rows][:, ~free] @ amount[~free]
+        amount[free] = np.linalg.lstsq(A[rows][:, free], rest, rcond=None)[0]
+    found: FloatArray = (left - A @ amount) * residuals.recording.noise.sigma
+    return found

@@ -1,0 +1,1 @@
+"""Sizes that measurements can detect and tell apart, before they are made."""

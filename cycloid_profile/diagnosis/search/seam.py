@@ -1,0 +1,98 @@
+"""Seam of chatter: a non-integer number of waves has a step where grinding began, which fixes the lobe index."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
+from cycloid_profile.diagnosis.data.noise import sidak
+from cycloid_profile.diagnosis.data.recording import Recording
+from cycloid_profile.diagnosis.model.chatter_spectrum import PEAK, chi2_reduction
+from cycloid_profile.diagnosis.model.exact_model import ExactModel
+from cycloid_profile.diagnosis.model.lobe_index import has_free_index, indexed_from
+from cycloid_profile.diagnosis.model.normal_equations import Whitened
+from cycloid_profile.diagnosis.model.optimum import Optimum
+from cycloid_profile.measurement import PROFILE_SCAN
+
+_REACH, _STEP = 1.5, 0.02  # waves: a step in the middle of the scan splits a peak into two, one wave apart
+_CHATTER = "grinding_chatter"
+
+
+def seam(block: Whitened, z: FloatArray, waves: float) -> int | None:
+    """Lobe, counted from 0, at which about ``waves`` waves begin in the residual ``z`` of a scan; None if ambiguous."""
+    lobes = block.residuals.reducer.case.drive.trochoid.lobes
+    of = (block.residuals.position[block.chosen] // (2.0 * np.pi)).astype(np.intp) % lobes
+    grid = waves + np.arange(-_REACH, _REACH + 0.5 * _STEP, _STEP)
+    power = np.max([_power_from_each_lobe(block, z, float(n), of, lobes) for n in grid], axis=0)
+    first, second = np.argsort(power)[:-3:-1]
+    chance = sidak(float(np.exp(-0.5 * (power[first] - power[second]))), lobes)
+    return int(first) if chance < PEAK else None
+
+
+def indexed_from_seams(model: ExactModel, best: Optimum) -> ExactModel:
+    """The model with the lobe index of each scan fixed by the seam of the chatter of ``best``; unchanged without a
+    seam.
+    """
+    open_ = [has_free_index(model.reducer, recording) for recording in model.recordings]
+    if not any(open_) or not any(member.name == _CHATTER for member in best.members):
+        return model
+    # Only scans show a seam.
+    blocks = iter(model.scans_alone().at(best).blocks)
+    residuals, notes = list(model.baseline.residuals), False
+    for i, recording in enumerate(model.recordings):
+        block = next(blocks) if recording.kind is PROFILE_SCAN else None
+        lobe = _first_lobe(block, best) if block is not None and open_[i] else None
+        if lobe is not None:
+            residuals[i], notes = indexed_from(residuals[i], lobe, model.flank_grid), True
+    return model.with_residuals(residuals) if notes else model
+
+
+def seam_notes(before: Sequence[Recording], after: Sequence[Recording], lobes: int) -> list[str]:
+    """Notes on scans whose lobe index is fixed by a seam."""
+    notes = []
+    for old, new in zip(before, after, strict=True):
+        if new.lobes_indexed and old.placed is not None and new.placed is not None:
+            first = round((old.placed.turn - new.placed.turn) * lobes / (2.0 * np.pi)) % lobes + 1
+            if first != 1:
+                notes.append(f"{new.name}: lobe 1 is lobe {first} of the file, where the waves begin")
+    return notes
+
+
+def _first_lobe(block: Whitened, best: Optimum) -> int | None:
+    """Lobe at which the largest chatter of a scan begins, None if ambiguous."""
+    shown = _shown(best, block)
+    if not shown:
+        return None
+    return seam(block, _with_members_added(block, best, shown), float(best.members[shown[0]].choice["waves_per_turn"]))
+
+
+def _shown(best: Optimum, block: Whitened) -> list[int]:
+    """Indices of the chatter members that a scan shows, the largest first."""
+    disc = block.residuals.recording.disc + 1
+    mine = [i for i, m in enumerate(best.members) if m.name == _CHATTER and m.choice.get("disc") in (None, disc)]
+    return sorted(mine, key=lambda i: -float(np.linalg.norm(best.coordinates(i))))
+
+
+def _with_members_added(block: Whitened, best: Optimum, some: Sequence[int]) -> FloatArray:
+    """Whitened residual of a scan with the members ``some`` added back."""
+    u = np.concatenate([best.u[2 * i : 2 * i + 2] for i in some])
+    z: FloatArray = block.projected(block.z + block.columns([best.members[i] for i in some]) @ u)
+    return z
+
+
+def _power_from_each_lobe(block: Whitened, z: FloatArray, waves: float, of: IntArray, lobes: int) -> FloatArray:
+    """Reduction of chi² by waves that begin at each lobe, shape (lobes,)."""
+    wave = block.white(block.residuals.waves(waves))
+    along = _from_each_lobe(z * wave, waves, of, lobes)
+    across = _from_each_lobe(wave * wave, 2.0 * waves, of, lobes)
+    return chi2_reduction(along, across, np.full(lobes, np.sum(np.abs(wave) ** 2)), z.size)
+
+
+def _from_each_lobe(values: ComplexArray, waves: float, of: IntArray, lobes: int) -> ComplexArray:
+    """Sums of ``values`` with the waves beginning at each lobe: earlier lobes are one turn later."""
+    each = np.bincount(of, values.real, lobes) + 1j * np.bincount(of, values.imag, lobes)
+    before = np.cumsum(each) - each
+    found: ComplexArray = np.sum(each) + (np.exp(2j * np.pi * waves) - 1.0) * before
+    return found

@@ -1,0 +1,74 @@
+"""The same effects on another disc and on other cranks.
+
+Discs are mounted 180° apart, cranks 120°. Errors of equivalent parts act on the output in nearly the same way; only the
+exact model separates them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from cycloid_profile.arrays import FloatArray
+from cycloid_profile.diagnosis.model.candidate import Candidate
+from cycloid_profile.diagnosis.model.optimum import Optimum
+from cycloid_profile.diagnosis.search.local_search import LocalSearch, Start
+
+_SETS = 6  # best sets whose parts are exchanged
+_MOST = 18  # of each set
+_REACH = 60.0  # of the evidence
+
+_Key = tuple[str, frozenset[tuple[str, Any]]]
+
+
+def on_other_parts(local_search: LocalSearch) -> list[Start]:
+    """Starts with the best sets moved to the other discs and to every crank, if most poses stay equivalent."""
+    starts, ranked = list[Start](), local_search.ranked
+    known = {_key(c.name, c.choice): i for i, c in enumerate(local_search.library.candidates)}
+    for one in ranked[:_SETS]:
+        if one.log_evidence > ranked[0].log_evidence - _REACH and local_search.model.solves_few_poses(one.members):
+            starts += _moved(one, known, local_search.model.reducer.discs, local_search.model.reducer.cranks)
+    return starts
+
+
+def _moved(optimum: Optimum, known: Mapping[_Key, int], discs: int, cranks: int) -> list[Start]:
+    found = []
+    for further in range(discs):
+        choices = [list(_choices(member.choice, further, discs, cranks)) for member in optimum.members]
+        u = np.concatenate(
+            [*(_rotated(m, optimum.u[2 * i : 2 * i + 2], further / discs) for i, m in enumerate(optimum.members)), []]
+        )
+        for combination in product(*choices):
+            keys = [_key(member.name, choice) for member, choice in zip(optimum.members, combination, strict=True)]
+            if all(key in known for key in keys):
+                found.append(([known[key] for key in keys], u))
+    # The first is the set itself.
+    return found[1 : _MOST + 1]
+
+
+def _choices(choice: Mapping[str, Any], further: int, discs: int, cranks: int) -> Iterator[dict[str, Any]]:
+    """Choices of parts ``further`` discs on, first with the same crank, then with the others."""
+    moved = dict(choice)
+    if moved.get("disc") is not None:
+        moved["disc"] = (moved["disc"] - 1 + further) % discs + 1
+    if moved.get("crank") is None:
+        yield moved
+    else:
+        for k in range(cranks):
+            yield {**moved, "crank": (choice["crank"] - 1 + k) % cranks + 1}
+
+
+def _rotated(member: Candidate, u: FloatArray, turn: float) -> FloatArray:
+    """Coordinates on a disc mounted ``turn`` turns further: directions rotate with it."""
+    if member.angle is None or member.choice.get("disc") is None:
+        return u
+    c = complex(u[0], u[1]) * np.exp(2j * math.pi * member.waves * turn)
+    return np.array([c.real, c.imag])
+
+
+def _key(name: str, choice: Mapping[str, Any]) -> _Key:
+    return name, frozenset(choice.items())

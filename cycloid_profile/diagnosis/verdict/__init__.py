@@ -1,0 +1,1 @@
+"""From the best set to the result: acceptance, alternatives, remainder, JSON."""

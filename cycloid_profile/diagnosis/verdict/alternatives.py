@@ -1,0 +1,248 @@
+"""Alternatives to a named effect: ambiguity group, other locations, and the measurement that separates them."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from cycloid_profile.diagnosis.model.candidate import Candidate, Variety
+from cycloid_profile.diagnosis.model.evidence import ALIAS, estimate, linear_evidence
+from cycloid_profile.diagnosis.model.exact_model import ExactModel
+from cycloid_profile.diagnosis.model.normal_equations import NormalEquations, coordinates, normal_equations
+from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
+from cycloid_profile.diagnosis.planning.plan import separating_measurement
+from cycloid_profile.diagnosis.search.effect_search import SearchResult
+from cycloid_profile.diagnosis.search.identical_effects import always_identical, cosine
+from cycloid_profile.diagnosis.verdict.result import NamedEffect, SizedEffect
+
+DISTINGUISHED = 4.5  # half chi²: three standard deviations between two explanations
+_RESCORED_SWAPS = 4  # names, each of one disc and of all
+_RESCORED_PLACES = 6  # locations of the same effect
+# With few pins in contact, linear equations misjudge effects that load further pins. A loop has one pose, so the exact
+# model is cheap and evaluates more alternatives.
+_RESCORED_OF_LOOPS = 15
+_PLACES_OF_LOOPS = 3  # locations of one name: on a loop they differ little
+_REACH_OF_CURVES = 40.0  # half chi²
+_STEPS = 4  # of a replaced member: the others start at their optimum
+
+
+def named_effects(
+    found: SearchResult, everything: ExactModel, final: Optimum, progress: Callable[[str], None]
+) -> tuple[NamedEffect, ...]:
+    """Members of the best set with sizes fitted to all rows, each with its alternatives."""
+    progress("evaluating alternatives to the named effects")
+    best, state = found.best, everything.at(final)
+    final = everything.with_residual_noise(final)
+    about_best = normal_equations(state.blocks, found.library.candidates)
+    described = []
+    for i, member in enumerate(best.members):
+        group = _group(found, about_best, i, progress)
+        alternatives = [c for c in group if c.name != member.name]
+        # Linearised on the reducer with its effects, because some effects vanish to first order about the nominal
+        # geometry.
+        by = separating_measurement(state.reducer, everything.recordings, member, alternatives, progress)
+        without = [c for j, c in enumerate(best.members) if j != i]
+        described.append(
+            NamedEffect(
+                member,
+                final.coordinates(i),
+                final.covariance_of(i),
+                tuple(dict.fromkeys([member.name, *(c.name for c in group)])),
+                by,
+                best.log_evidence - _evidence_of(found, without),
+                _at_other_locations(found, i, progress),
+            )
+        )
+    return tuple(described)
+
+
+def location_notes(effects: Sequence[NamedEffect]) -> list[str]:
+    """One sentence for each other location that fits as well."""
+    return [
+        f"{one.candidate.name} {_location_text(other)} fits as well: these files do not separate them"
+        for one in effects
+        for other in one.other_locations
+    ]
+
+
+def _location_text(place: SizedEffect) -> str:
+    parts = [
+        f"of all {key}s" if value is None else f"of {key.replace('_', ' ')} {value:g}"
+        for key, value in place.candidate.choice.items()
+    ]
+    sizes = [f"{key} = {place.parameters[key]:.3g}" for key in place.uncertainty]
+    return f"{', '.join(parts)} with {', '.join(sizes)}"
+
+
+def rotation_notes(everything: ExactModel, final: Optimum) -> list[str]:
+    """One sentence for each angle that fits as well when it is rotated by 180°."""
+    found: dict[frozenset[str], str] = {}
+    for members, other in final.rotated_by_180():
+        names = frozenset(member.name for member in members)
+        if any(known <= names for known in found):
+            continue
+        state = everything.state(other.members, other.u)
+        if state is not None and state.chi2 < final.chi2 + 2.0 * DISTINGUISHED:
+            angles = " and ".join(f"{member.angle} of {member.name}" for member in members)
+            together = " together" if len(members) > 1 else ""
+            found[names] = f"{angles} plus 180°{together} fits as well: these files do not separate them"
+    return list(found.values())
+
+
+def _evidence_of(found: SearchResult, members: Sequence[Candidate]) -> float:
+    """Log evidence of a set: from the exact model where it was fitted, else linear about the best set."""
+    if not members:
+        return 0.0
+    wanted = {id(m) for m in members}
+    for optimum in found.rescored:
+        if {id(m) for m in optimum.members} == wanted:
+            return optimum.log_evidence
+    best, mine = (
+        linear_evidence(found.equations, found.library.priors, found.library.places(some))
+        for some in (found.best.members, members)
+    )
+    return found.best.log_evidence - best + mine
+
+
+def _group(
+    found: SearchResult, about_best: NormalEquations, member: int, progress: Callable[[str], None]
+) -> list[Candidate]:
+    """Ambiguity group: aliases, and candidates of other names that fit as well in place of a member."""
+    best, library = found.best, found.library
+    mine = best.members[member]
+    group: dict[str, Candidate] = {}
+    (place,) = library.places([mine])
+    for i, candidate in enumerate(library.candidates):
+        if (
+            candidate.name != mine.name
+            and cosine(about_best, place, i) > ALIAS
+            and always_identical(found.model.reducer, mine, candidate)
+        ):
+            group.setdefault(candidate.name, candidate)
+    others = [m for j, m in enumerate(best.members) if j != member]
+    for rescored in found.rescored:
+        # Sets fitted during the search also belong to the group if they fit as well.
+        alternative = rescored.remaining_member(others)
+        if alternative is None or alternative.name == mine.name or rescored.implausible:
+            continue
+        if _fit_of(rescored) >= _fit_of(best) - DISTINGUISHED:
+            group.setdefault(alternative.name, alternative)
+    names, at_places, reach = _RESCORED_SWAPS, 1, DISTINGUISHED
+    if found.model.only_loops:
+        names, at_places, reach = _RESCORED_OF_LOOPS, _PLACES_OF_LOOPS, _REACH_OF_CURVES
+    evaluated: list[tuple[int, float]] = []
+    tried: Counter[Variety] = Counter()
+    for i, deficit in swaps(found, member, reach):
+        alternative = library.candidates[i]
+        if alternative.name in group or tried[alternative.variety] >= at_places:
+            continue
+        asked = {one for one, *_ in tried}
+        if alternative.name in asked or len(asked) < names:
+            # The exact model evaluates the nearest alternatives, linear equations the rest.
+            tried[alternative.variety] += 1
+            evaluated.append((i, deficit))
+        elif deficit < DISTINGUISHED:
+            group[alternative.name] = alternative
+    if evaluated:
+        progress(f"alternatives: {', '.join(dict.fromkeys(library.candidates[i].name for i, _ in evaluated))}")
+    for (i, deficit), optimum in zip(evaluated, _swapped(found, member, evaluated), strict=True):
+        if _fits_as_well(best, optimum, deficit):
+            group.setdefault(library.candidates[i].name, library.candidates[i])
+    return list(group.values())
+
+
+def _at_other_locations(found: SearchResult, member: int, progress: Callable[[str], None]) -> tuple[SizedEffect, ...]:
+    """The same effect on other discs, cranks, lobes or pins that fits as well."""
+    reach = DISTINGUISHED if found.model.only_scans else _REACH_OF_CURVES
+    near = swaps(found, member, reach, other_locations=True)[:_RESCORED_PLACES]
+    if near:
+        progress(f"other locations of {found.best.members[member].name}")
+    standing = [
+        optimum
+        for (_, deficit), optimum in zip(near, _swapped(found, member, near), strict=True)
+        if optimum is not None and _fits_as_well(found.best, optimum, deficit)
+    ]
+    return tuple(SizedEffect(one.members[-1], one.coordinates(-1), one.covariance_of(-1)) for one in standing)
+
+
+def _swapped(found: SearchResult, member: int, alternatives: Sequence[tuple[int, float]]) -> list[Optimum | None]:
+    """The best set with one member replaced by each alternative, the alternative last, on the exact model."""
+    others = [m for j, m in enumerate(found.best.members) if j != member]
+    optima = []
+    for i, deficit in alternatives:
+        members = (*others, found.library.candidates[i])
+        known = [o for o in found.rescored if {id(m) for m in o.members} == {id(m) for m in members} and o.converged]
+        # An alternative that fits worse in linear equations is abandoned as soon as it cannot reach the best set.
+        beat = math.inf if deficit < DISTINGUISHED else found.best.misfit
+        attempt = Attempt(members, found.start(members), steps=_STEPS, beat=beat)
+        prior = found.library.prior(members)
+        optima.append(_member_last(known[0], members[-1]) if known else found.model.optimum(attempt, prior))
+    return optima
+
+
+def _member_last(optimum: Optimum, member: Candidate) -> Optimum:
+    """The same optimum with ``member`` moved to the last position."""
+    order = sorted(range(len(optimum.members)), key=lambda i: optimum.members[i] is member)
+    where = coordinates(order)
+    return replace(
+        optimum,
+        members=tuple(optimum.members[i] for i in order),
+        u=optimum.u[where],
+        covariance=optimum.covariance[np.ix_(where, where)],
+        R=optimum.R[np.ix_(where, where)],
+    )
+
+
+def _fits_as_well(best: Optimum, alternative: Optimum | None, deficit: float) -> bool:
+    """Whether an alternative fits as well as the best set; ``deficit`` is its deficit in linear equations, half chi².
+
+    An alternative whose fit did not converge counts as equal if its linear deficit is below ``DISTINGUISHED``.
+    """
+    if alternative is None or alternative.implausible or _fit_of(alternative) < _fit_of(best) - DISTINGUISHED:
+        return deficit < DISTINGUISHED and not (alternative is not None and alternative.converged)
+    return True
+
+
+def _fit_of(optimum: Optimum) -> float:
+    """Minus half of chi² and prior term at an exact optimum."""
+    return -0.5 * optimum.misfit
+
+
+def swaps(
+    named: SearchResult, member: int, reach: float = DISTINGUISHED, other_locations: bool = False
+) -> list[tuple[int, float]]:
+    """Candidates that could replace a member of the best set, each with its deficit (half chi²), smallest first.
+
+    Candidates of other names, or of the same name at other locations if ``other_locations``. The equations are linear
+    about the best set. Implausible candidates and deficits of ``reach`` or more are omitted.
+    """
+    library = named.library.candidates
+    places = named.library.places(named.best.members)
+    mine = places[member]
+    others = [p for p in places if p != mine]
+    base = _fit(named.equations, places)
+    found = []
+    for i, candidate in enumerate(library):
+        if i in places or (candidate.name == library[mine].name) != other_locations:
+            continue
+        members = [*others, i]
+        deficit = base - _fit(named.equations, members)
+        if deficit < reach:
+            u, _ = estimate(named.equations, members)
+            own = u[-2:]
+            if float(np.hypot(*own)) * candidate.width <= candidate.implausible and not (
+                candidate.one_sided and own[0] <= 0.0
+            ):
+                found.append((i, deficit))
+    return sorted(found, key=lambda f: f[1])
+
+
+def _fit(equations: NormalEquations, members: Sequence[int]) -> float:
+    """Half the reduction of chi² by a set, including the prior term."""
+    where = coordinates(members)
+    u, _ = estimate(equations, members)
+    return float(0.5 * u @ equations.b[where]) if len(members) else 0.0

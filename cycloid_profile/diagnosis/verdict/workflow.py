@@ -1,0 +1,304 @@
+"""Diagnosis of measured files: detection, search, acceptance and result (docs/diagnosis.md)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cycloid_profile.diagnosis.data.recording import Recording, for_validation_only, record, use_all_rows
+from cycloid_profile.diagnosis.data.repeats import with_noise_of_repeats
+from cycloid_profile.diagnosis.data.screening import screen
+from cycloid_profile.diagnosis.model.candidate import Candidate, candidates
+from cycloid_profile.diagnosis.model.detection import (
+    Detection,
+    Finding,
+    detect,
+    detect_given,
+    largest_finding,
+    worst_residual,
+)
+from cycloid_profile.diagnosis.model.exact_model import ExactModel
+from cycloid_profile.diagnosis.model.flank_grid import FlankGrid
+from cycloid_profile.diagnosis.model.lobe_index import index_lobes
+from cycloid_profile.diagnosis.model.normal_equations import NormalEquations, Whitened, normal_equations
+from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
+from cycloid_profile.diagnosis.model.residuals import Residuals, nuisance_fitted
+from cycloid_profile.diagnosis.planning.detectable import smallest_detectable
+from cycloid_profile.diagnosis.search.effect_search import SearchResult, search_effects
+from cycloid_profile.diagnosis.search.seam import seam_notes
+from cycloid_profile.diagnosis.verdict.alternatives import location_notes, named_effects, rotation_notes
+from cycloid_profile.diagnosis.verdict.nearest_effects import nearest
+from cycloid_profile.diagnosis.verdict.result import Diagnosis, FileGap, NamedEffect
+from cycloid_profile.effects import AsBuiltReducer
+from cycloid_profile.measurement import PROFILE_SCAN, Measurement, scanned_disc
+
+_LEAST_EVIDENCE = 5.0  # odds of 150 to 1 against no effect
+_EXPLAINED = 0.9  # share of the initial residual that accepted effects explain if a residual remains
+_HELD_OUT = 1.5  # times the noise: 436 correct results had at most 1.25 on held-out rows
+_WORSENED = 25.0  # of chi²
+
+NotSeen = dict[str, tuple[float, str]]
+
+
+def diagnose(
+    reducer: AsBuiltReducer,
+    measurements: Sequence[Measurement],
+    discs: Sequence[int] | None = None,
+    held_out: Sequence[Measurement] = (),
+    progress: Callable[[str], None] = lambda _: None,
+) -> Diagnosis:
+    """Compare measured files with the simulation and name the missing effects.
+
+    Parameters
+    ----------
+    reducer : reducer of the spec, with the effects it already has
+    measurements : files to explain together; a fifth of the rows of each is held out
+    discs : disc of each scan, counted from 0; from the key ``specimen`` if None
+    held_out : files used for the check only
+    progress : receives one sentence for each step
+
+    Raises
+    ------
+    MeasurementError
+        If a file cannot belong to this reducer.
+    """
+    progress("comparing the files with the simulation")
+    files = _read(reducer, measurements, discs, held_out)
+    library = list(candidates(reducer, files.scanned, files.curves))
+    flank_grid = FlankGrid(reducer)
+    progress("testing the residual against the noise")
+    residuals = index_lobes(reducer, [Residuals(r, reducer, flank_grid) for r in files.recordings], library, flank_grid)
+    model = ExactModel(reducer, [one.recording for one in residuals], flank_grid, residuals)
+    detected = _detect_all_rows(model, library)
+    not_seen = smallest_detectable(detected.equations, detected.detection.families)
+    if not detected.detection.significant_findings:
+        return _agreement(detected, files, not_seen)
+    explanation = _explain(search_effects(model, library, progress), detected, library, progress)
+    if explanation.worst is not None and files.curves:
+        progress("unexplained residual: searching every location of each effect")
+        again = _explain(
+            search_effects(explanation.found.model, library, progress, thorough=True),
+            explanation.detected,
+            library,
+            progress,
+        )
+        if again.final.log_evidence > explanation.final.log_evidence:
+            explanation = again
+    return _result(explanation, files, not_seen, progress)
+
+
+@dataclass(frozen=True, eq=False)
+class _Files:
+    """Prepared files: ``recordings`` to explain, ``checks`` for the final check."""
+
+    recordings: tuple[Recording, ...]
+    checks: tuple[Recording, ...]
+
+    @property
+    def notes(self) -> list[str]:
+        return [f"{r.name}: {note}" for r in self.recordings for note in r.notes]
+
+    @property
+    def scanned(self) -> frozenset[int]:
+        return frozenset(r.disc for r in self.recordings if r.kind is PROFILE_SCAN)
+
+    @property
+    def curves(self) -> bool:
+        return any(r.kind.is_curve for r in self.recordings)
+
+
+def _read(
+    reducer: AsBuiltReducer,
+    measurements: Sequence[Measurement],
+    discs: Sequence[int] | None,
+    held_out: Sequence[Measurement],
+) -> _Files:
+    for measurement in (*measurements, *held_out):
+        screen(reducer, measurement)
+    ready = [record(reducer, m, _disc(reducer, m, discs, i)) for i, m in enumerate(measurements)]
+    checks = tuple(for_validation_only(record(reducer, m, _disc(reducer, m, None, 0))) for m in held_out)
+    return _Files(tuple(with_noise_of_repeats(ready)), checks)
+
+
+def _disc(reducer: AsBuiltReducer, measurement: Measurement, discs: Sequence[int] | None, number: int) -> int:
+    if discs is not None:
+        return discs[number]
+    return scanned_disc(measurement, reducer.discs)
+
+
+@dataclass(frozen=True, eq=False)
+class _Detected:
+    """A model, the same with all rows to fit (``everything``), their equations and detection."""
+
+    model: ExactModel
+    everything: ExactModel
+    equations: NormalEquations
+    detection: Detection
+
+
+@dataclass(frozen=True, eq=False)
+class _Explanation:
+    """Search result on all rows: its optimum ``final``, the tests ``after_effects``, and the ``worst`` finding in the
+    residual."""
+
+    found: SearchResult
+    detected: _Detected
+    final: Optimum
+    after_effects: Detection
+    worst: Finding | None
+
+
+def _explain(
+    found: SearchResult, detected: _Detected, library: Sequence[Candidate], progress: Callable[[str], None]
+) -> _Explanation:
+    """Explanation by a search result, whose lobe index may differ from that of ``detected``."""
+    if found.model is not detected.model:
+        detected = _detect_all_rows(found.model, library)
+    progress("testing the residual after the effects")
+    everything, best = detected.everything, found.best
+    final = everything.optimum(Attempt(best.members, best.u, steps=3), found.library.prior(best.members)) or best
+    after_effects = detect_given(everything.at(final).blocks, final.members)
+    return _Explanation(
+        found, detected, final, after_effects, worst_residual(after_effects, everything.baseline.blocks)
+    )
+
+
+def _detect_all_rows(model: ExactModel, library: Sequence[Candidate]) -> _Detected:
+    everything = model.with_held_out([use_all_rows(r) for r in model.recordings])
+    equations = normal_equations(everything.baseline.blocks, library)
+    return _Detected(model, everything, equations, detect(everything.baseline.blocks, equations))
+
+
+def _agreement(detected: _Detected, files: _Files, not_seen: NotSeen) -> Diagnosis:
+    """Result where nothing exceeds the noise and the accuracy of the simulation."""
+    model, detection, notes = detected.model, detected.detection, files.notes
+    if detection.significant:
+        notes.append("the difference is significant but below the accuracy of the simulation")
+    residuals = [*model.baseline.residuals, *(Residuals(r, model.reducer, model.flank_grid) for r in files.checks)]
+    gaps = tuple(_gap(one.recording, one, one) for one in residuals)
+    return Diagnosis(
+        model.reducer,
+        model.reducer,
+        "agrees",
+        (),
+        detection,
+        detection,
+        (),
+        None,
+        (),
+        not_seen,
+        gaps,
+        tuple(notes),
+        0.0,
+    )
+
+
+def _result(explanation: _Explanation, files: _Files, not_seen: NotSeen, progress: Callable[[str], None]) -> Diagnosis:
+    """Result with the accepted effects, else with an unknown effect and its place."""
+    detected, best = explanation.detected, explanation.found.best
+    reducer, notes = detected.model.reducer, files.notes
+    notes += seam_notes(files.recordings, detected.everything.recordings, reducer.case.drive.trochoid.lobes)
+    effects: tuple[NamedEffect, ...] = ()
+    if _is_accepted(explanation):
+        effects = named_effects(explanation.found, detected.everything, explanation.final, progress)
+        notes += [*location_notes(effects), *rotation_notes(detected.everything, explanation.final)]
+    corrected = _reducer_with(reducer, effects)
+    where = _places(detected.detection) or _places(
+        detect(detected.everything.baseline.blocks, None, within_accuracy=True)
+    )
+    near = () if effects else nearest(detected.everything, detected.equations)
+    notes += [one.sentence for one in near if one.too_large]
+    return Diagnosis(
+        reducer,
+        corrected,
+        "effects_found" if effects else "unknown_effect",
+        effects,
+        detected.detection,
+        explanation.after_effects,
+        where,
+        explanation.worst if effects else largest_finding(detected.detection),
+        near,
+        not_seen,
+        _gaps(explanation, files, corrected, bool(effects)),
+        tuple(notes),
+        best.log_evidence,
+    )
+
+
+def _is_accepted(explanation: _Explanation) -> bool:
+    """Whether the best set is accepted: evidence, held-out rows, and explained share if a residual remains."""
+    best, detected = explanation.found.best, explanation.detected
+    if not best.members or best.log_evidence < _LEAST_EVIDENCE or not _passes_held_out(explanation.found):
+        return False
+    first, rows = detected.everything.baseline.chi2, detected.equations.rows
+    explained = (first - explanation.final.chi2) / max(first - rows, 1e-9)
+    return explanation.worst is None or (
+        explained > _EXPLAINED and not _worsens_a_file(detected.everything, explanation.final)
+    )
+
+
+def _passes_held_out(found: SearchResult) -> bool:
+    """Whether the held-out rows of every file agree with the best set, or nearly all of their residual is explained."""
+    after = found.model.at(found.best).residuals
+    gaps = [_gap(a.recording, a, b) for a, b in zip(found.model.baseline.residuals, after, strict=True)]
+    return not any(
+        gap.held_out_after > _HELD_OUT * gap.noise and not (gap.closure is not None and gap.closure > _EXPLAINED)
+        for gap in gaps
+    )
+
+
+def _gaps(
+    explanation: _Explanation, files: _Files, corrected: AsBuiltReducer, search_effects: bool
+) -> tuple[FileGap, ...]:
+    """Each file before and after, with sizes from the rows to fit only."""
+    found = explanation.found
+    flank_grid = found.model.flank_grid
+    before = [*found.model.baseline.residuals, *(Residuals(r, found.model.reducer, flank_grid) for r in files.checks)]
+    after = before
+    if search_effects:
+        # The effects make the lobes differ, so the lobe index of a check scan is free again.
+        checked = [Residuals(replace(r, placed=None), corrected, flank_grid) for r in files.checks]
+        after = [*found.model.at(found.best).residuals, *checked]
+    return tuple(_gap(a.recording, a, b) for a, b in zip(before, after, strict=True))
+
+
+def _worsens_a_file(everything: ExactModel, final: Optimum) -> bool:
+    """Whether some file fits worse with the effects than without."""
+    blocks = zip(everything.baseline.blocks, everything.at(final).blocks, strict=True)
+    return any(after.chi2 > before.chi2 + _WORSENED for before, after in blocks)
+
+
+def _reducer_with(reducer: AsBuiltReducer, effects: Sequence[NamedEffect]) -> AsBuiltReducer:
+    for one in effects:
+        reducer = one.effect.apply(reducer)
+    return reducer
+
+
+def _places(detection: Detection) -> tuple[Finding, ...]:
+    """First finding of each file and coordinate, without those of the library."""
+    seen: set[tuple[str, str]] = set()
+    found = []
+    for finding in detection.significant_findings:
+        key = (finding.file, finding.coordinate)
+        if finding.file and finding.coordinate != "file" and key not in seen:
+            seen.add(key)
+            found.append(finding)
+    return tuple(found)
+
+
+def _gap(recording: Recording, before: Residuals, after: Residuals) -> FileGap:
+    values = [_rms(residuals, held) for held in (False, True) for residuals in (before, after)]
+    fit_before, fit_after, held_before, held_after = values
+    block = Whitened(after, held_out=bool(np.all(recording.held_out)))
+    chi2 = block.chi2 / max(block.z.size, 1)
+    return FileGap(recording, before, after, fit_before, fit_after, held_before, held_after, chi2)
+
+
+def _rms(residuals: Residuals, held_out: bool) -> float:
+    """Root mean square of the residual, nuisances fitted to the same rows; NaN without rows."""
+    rows = (residuals.recording.held_out == held_out) & np.isfinite(residuals.residual)
+    if not np.any(rows):
+        return float("nan")
+    return float(np.sqrt(np.mean(nuisance_fitted(residuals, held_out)[rows] ** 2)))
