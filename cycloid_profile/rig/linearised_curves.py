@@ -6,13 +6,14 @@ A change of gap, bearing fit, stiffness or play acts like a small change of a ga
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
-from cycloid_profile.contact.stage import StageTangent
+from cycloid_profile.contact.stage import LoadedContacts, StageTangent
 from cycloid_profile.effects import AsBuiltReducer, ReducerChange
 from cycloid_profile.measurement import HYSTERESIS
 from cycloid_profile.rig.prediction import CurvePrediction, Term, loop_path
@@ -46,6 +47,13 @@ class LinearisedCurve:
     def change(self, after: AsBuiltReducer) -> FloatArray:
         """Change of the column when the reducer becomes ``after``, in its unit, shape (rows,); finite everywhere."""
         changed = sum(one.term.weight * one.rotation(after) for one in self._terms)
+        return np.asarray(changed) / self.prediction.unit
+
+    def opened(self, by: Callable[[LoadedContacts], FloatArray]) -> FloatArray:
+        """Change of the column when each loaded contact opens by a gap, a function of the contacts [mm], shape
+        (rows,).
+        """
+        changed = sum(one.term.weight * one.opened(by) for one in self._terms)
         return np.asarray(changed) / self.prediction.unit
 
     def flank_weights(self, disc: int) -> list[FlankWeights]:
@@ -94,7 +102,6 @@ class _TermTangent:
             by_shift, by_oversize = self.by_pins
             turned += (by_shift @ (after.pin_shift - before.pin_shift)).real
             turned += by_oversize @ (after.pin_oversize - before.pin_oversize)
-        turned += after.series_twist(self.term.through) - before.series_twist(self.term.through)
         if change.sun_shift:
             turned += self._by_misfit_row_by_row(change)
         if (after.encoder, after.input_error) != (before.encoder, before.input_error):
@@ -117,6 +124,12 @@ class _TermTangent:
                 turned -= np.sum(tangent.bearings * bearing_deflection_change, axis=(1, 2))
         return turned
 
+    def opened(self, by: Callable[[LoadedContacts], FloatArray]) -> FloatArray:
+        """Rotation by gaps opened at the loaded contacts, shape (rows,) [rad]."""
+        at = self.tangent.contacts
+        turned = np.bincount(at.pose, self.weight * by(at), self.term.sharing.torque.size)
+        return np.asarray(turned[self.term.equivalent.representative])
+
     def _by_misfit_row_by_row(self, change: ReducerChange) -> FloatArray:
         """Rotation by the fits of the bearings, shape (rows,): the sun can differ between equivalent poses."""
         tangent, equivalent = self.tangent, self.term.equivalent
@@ -138,16 +151,14 @@ class _TermTangent:
         )
 
     def _path_change(self, after: AsBuiltReducer) -> FloatArray | float:
-        """Change of a loop by friction, and by what twists in series and remembers its path, shape (rows,) [rad]."""
-        before = self.reducer
-        names = ("coulomb_torque", "friction_spread", "proportional_friction", "further_twists")
-        same = all(getattr(after, name) == getattr(before, name) for name in names)
-        if same or self.measurement.kind is not HYSTERESIS:
+        """Change by friction and by what twists in series, along the path of a loop, shape (rows,) [rad]."""
+        before, through = self.reducer, self.term.through
+        names = ("series_compliance", "further_twists", "coulomb_torque", "friction_spread", "proportional_friction")
+        if all(getattr(after, name) == getattr(before, name) for name in names):
             return 0.0
-        new, twisted = loop_path(after, self.measurement)
-        through = self.term.through
+        if self.measurement.kind is not HYSTERESIS:
+            return after.series_twist(through) - before.series_twist(through)
+        transmitted, twisted = loop_path(after, self.measurement)
         stiffness = self.term.sharing.torsional_stiffness[self.term.equivalent.representative]
-        turned = np.nan_to_num(1.0 / stiffness) * (new[self.rows] - through)
-        # A settled change of the series twist is in ``rotation`` already.
-        settled = after.series_twist(through) - before.series_twist(through)
-        return np.asarray(turned + twisted[self.rows] - self.term.twist - settled)
+        turned = np.nan_to_num(1.0 / stiffness) * (transmitted[self.rows] - through)
+        return np.asarray(turned + twisted[self.rows] - self.term.twist)

@@ -11,6 +11,7 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import product
 from typing import Any
 
@@ -62,7 +63,14 @@ class Candidate:
     width: float
     one_sided: bool
     inverse: bool = False
-    choice: Mapping[str, Any] = field(default_factory=dict, hash=False)
+    choice: Mapping[str, Any] = field(default_factory=dict)
+
+    def __hash__(self) -> int:
+        return self._hash
+
+    @cached_property
+    def _hash(self) -> int:
+        return hash((self.kind, *sorted(self.choice.items(), key=str)))
 
     @property
     def name(self) -> str:

@@ -25,7 +25,6 @@ from cycloid_profile.effects import GrindingChatter
 from cycloid_profile.measurement import HYSTERESIS, PROFILE_SCAN
 from cycloid_profile.units import DEGREE
 
-_REMAINDER = 0.02  # share of the initial residual
 FALSE_ALARM = 0.005  # of a whole diagnosis: one in 200 without an effect raises an alarm
 _WINDOWS = (4, 12, 40, 120)  # rows, each about three times the one before
 _PHASE_BINS = 24  # of 15° of ψ
@@ -244,14 +243,13 @@ def detect_given(blocks: Sequence[Whitened], members: Sequence[Candidate]) -> De
     return detect(blocks, None, [block.columns(members) for block in blocks] if members else None)
 
 
-def worst_residual(left: Detection, before: Sequence[Whitened]) -> Finding | None:
-    """Largest unexplained residual, None if there is none; ``before``: the same rows without effects."""
-    gap = {}
-    for block in before:
-        z = block.projected(block.z)
-        gap[block.residuals.recording.name] = block.residuals.recording.noise.sigma * float(np.sqrt(np.mean(z**2)))
-    large = [f for f in left.significant_findings if abs(f.amplitude) > _REMAINDER * gap.get(f.file, math.inf)]
-    return largest_finding(replace(left, findings=tuple(large))) if large else None
+def largest_gain(equations: NormalEquations) -> float:
+    """Largest reduction of chi² by one effect alone, linear."""
+    n = len(equations.candidates)
+    own = np.einsum("icid->icd", equations.R.reshape(n, 2, n, 2))
+    b = equations.b.reshape(n, 2)
+    u = np.einsum("icd,id->ic", np.linalg.pinv(own, rcond=1e-9, hermitian=True), b)
+    return float(np.max(np.sum(u * b, axis=1), initial=0.0))
 
 
 def largest_finding(detection: Detection) -> Finding:

@@ -48,21 +48,21 @@ def rank_sets(
 
     Of candidates with one name and identical patterns only the first takes part, or the one in ``keep``.
     """
-    visible = _distinct(equations, keep)
+    visible = distinct(equations, keep)
     if not visible.size:
         return []
     singles = visible[:, np.newaxis]
     scored = scores(equations, priors, singles)
     if visible.size > 1 and deepest > 1:
         pairs = np.array(list(combinations(visible.tolist(), 2)), dtype=np.intp)
-        pairs = _of_different_names(equations, pairs)
+        pairs = of_different_names(equations, pairs)
         scored += scores(equations, priors, pairs)
     best = sorted(scored, key=lambda s: -s.log_evidence)
     if deepest > 2 and visible.size > 2:
         best_pairs = [s.members for s in best if len(s.members) == 2][:_EXTENDED_PAIRS]
         triples = {tuple(sorted((*pair, int(i)))) for pair in best_pairs for i in visible if i not in pair}
         if triples:
-            chosen = _of_different_names(equations, np.array(sorted(triples), dtype=np.intp))
+            chosen = of_different_names(equations, np.array(sorted(triples), dtype=np.intp))
             best = sorted(best + scores(equations, priors, chosen), key=lambda s: -s.log_evidence)
     return best
 
@@ -97,7 +97,7 @@ def best_extension_or_self(equations: NormalEquations, priors: FloatArray, membe
     """The better of a set and its best extension by one candidate."""
     others = [i for i in range(len(equations.candidates)) if i not in members]
     sets = np.array([[*members, i] for i in others], dtype=np.intp)
-    scored = scores(equations, priors, _of_different_names(equations, sets)) if others else []
+    scored = scores(equations, priors, of_different_names(equations, sets)) if others else []
     alone = Scored(tuple(members), linear_evidence(equations, priors, members))
     return max([alone, *scored], key=lambda s: s.log_evidence)
 
@@ -142,8 +142,8 @@ def _of_half_priors(u: FloatArray, covariance: FloatArray, one_sided: BoolArray)
     return found
 
 
-def _distinct(equations: NormalEquations, keep: Sequence[int]) -> IntArray:
-    """Visible candidates, without those whose pattern is identical to an earlier one of the same name."""
+def distinct(equations: NormalEquations, keep: Sequence[int]) -> IntArray:
+    """Indices of visible candidates, without those whose pattern is identical to an earlier one of the same name."""
     n = len(equations.candidates)
     blocks = equations.R.reshape(n, 2, n, 2)
     own = np.einsum("icid->icd", blocks)
@@ -175,7 +175,7 @@ def _identical(blocks: FloatArray, own: FloatArray, some: IntArray) -> BoolArray
     return found
 
 
-def _of_different_names(equations: NormalEquations, sets: IntArray) -> IntArray:
+def of_different_names(equations: NormalEquations, sets: IntArray) -> IntArray:
     """Sets in which no effect occurs twice, except single teeth on different lobes."""
     where = [(c.name, str(c.choice.get("lobe"))) for c in equations.candidates]
     names = {place: i for i, place in enumerate(sorted(set(where)))}

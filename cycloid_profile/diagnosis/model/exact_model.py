@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -38,11 +38,18 @@ class State:
 
     reducer: AsBuiltReducer
     residuals: tuple[Residuals, ...]
+    members: tuple[Candidate, ...] = ()
+    u: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     @cached_property
     def blocks(self) -> tuple[Whitened, ...]:
         """Rows to fit."""
-        return tuple(Whitened(one) for one in self.residuals)
+        return tuple(Whitened(one, members=self.members, u=self.u) for one in self.residuals)
+
+    @cached_property
+    def misfit(self) -> float:
+        """chi² plus the logarithm of the determinant of the covariance, up to a constant: −2 ln of the likelihood."""
+        return self.chi2 + sum(block.log_det for block in self.blocks)
 
     @cached_property
     def chi2(self) -> float:
@@ -71,7 +78,7 @@ class ExactModel:
     ) -> None:
         self.reducer, self.recordings = reducer, tuple(recordings)
         self.flank_grid = FlankGrid(reducer) if flank_grid is None else flank_grid
-        self._states: OrderedDict[bytes, tuple[tuple[Candidate, ...], tuple[Residuals, ...]]] = OrderedDict()
+        self._states: OrderedDict[tuple[tuple[Candidate, ...], bytes], tuple[Residuals, ...]] = OrderedDict()
         self._latest: list[CurvePrediction] | None = None
         self._baseline = None if residuals is None else self._residuals_on(reducer, residuals)
 
@@ -144,7 +151,7 @@ class ExactModel:
         """State with effects at coordinates ``u``; None without solution or beyond ``farthest`` widths."""
         if not members:
             return self.baseline
-        key = np.array([id(member) for member in members]).tobytes() + u.tobytes()
+        key = (tuple(members), u.tobytes())
         if key in self._states:
             self._states.move_to_end(key)
         else:
@@ -152,14 +159,13 @@ class ExactModel:
                 reducer = self._reducer_with(members, u, farthest)
                 if reducer is None:
                     return None
-                # The members are stored too, so that their ids stay valid.
-                self._states[key] = (tuple(members), self._register(reducer))
+                self._states[key] = self._register(reducer)
             except CycloidError:
                 return None
             if len(self._states) > _CACHED_STATES:
                 self._states.popitem(last=False)
-        residuals = self._states[key][1]
-        return self._residuals_on(residuals[0].reducer, residuals)
+        residuals = self._states[key]
+        return self._residuals_on(residuals[0].reducer, residuals, key[0], u)
 
     def _reducer_with(self, members: Sequence[Candidate], u: FloatArray, farthest: float) -> AsBuiltReducer | None:
         reducer = self.reducer
@@ -207,7 +213,7 @@ class ExactModel:
                 break
             promised = float((equations.b - u) @ np.linalg.solve(np.eye(u.size) + R, equations.b - u))
             # The linear promise is less reliable before the second step.
-            if now.chi2 + float(u @ u) - (1.0 + 2.0 / max(number, 1) ** 2) * promised > beat + _ABANDONED_ABOVE:
+            if now.misfit + float(u @ u) - (1.0 + 2.0 / max(number, 1) ** 2) * promised > beat + _ABANDONED_ABOVE:
                 return None
             new = self._line_search(members, u, step, now, farthest)
             if new is None:
@@ -218,10 +224,10 @@ class ExactModel:
         if members and not converged:
             R = normal_equations(now.blocks, members).R
         rows = sum(block.z.size for block in now.blocks)
-        fall = self.baseline.chi2 - now.chi2
+        fall = self.baseline.misfit - now.misfit
         covariance = np.asarray(np.linalg.inv(np.eye(u.size) + R), dtype=np.float64)
         value = log_evidence_at(fall, u, covariance, prior, members)
-        return Optimum(members, u, covariance, R, now.chi2, rows, value, converged)
+        return Optimum(members, u, covariance, R, now.chi2, now.misfit + float(u @ u), rows, value, converged)
 
     def with_residual_noise(self, optimum: Optimum) -> Optimum:
         """The optimum with covariances scaled by the residual variance of each file.
@@ -239,7 +245,7 @@ class ExactModel:
         self, members: tuple[Candidate, ...], u: FloatArray, step: FloatArray, now: State, farthest: float
     ) -> tuple[FloatArray, State] | None:
         """The step, shortened until chi² falls; None if it does not."""
-        before = now.chi2 + float(u @ u)
+        before = now.misfit + float(u @ u)
         share = 1.0
         for _ in range(_HALVINGS):
             tried = u + share * step
@@ -247,7 +253,7 @@ class ExactModel:
                 if candidate.one_sided:
                     tried[2 * i] = max(tried[2 * i], 0.1 * u[2 * i])
             state = self.state(members, tried, farthest)
-            if state is not None and state.chi2 + float(tried @ tried) < before:
+            if state is not None and state.misfit + float(tried @ tried) < before:
                 return tried, state
             share *= 0.4
         return None
@@ -270,5 +276,12 @@ class ExactModel:
     def _predicted(residuals: Sequence[Residuals]) -> list[CurvePrediction]:
         return [one.first_order.prediction for one in residuals if one.recording.kind.is_curve]
 
-    def _residuals_on(self, reducer: AsBuiltReducer, residuals: Sequence[Residuals]) -> State:
-        return State(reducer, tuple(one.under(r) for one, r in zip(residuals, self.recordings, strict=True)))
+    def _residuals_on(
+        self,
+        reducer: AsBuiltReducer,
+        residuals: Sequence[Residuals],
+        members: tuple[Candidate, ...] = (),
+        u: FloatArray | None = None,
+    ) -> State:
+        some = tuple(one.under(r) for one, r in zip(residuals, self.recordings, strict=True))
+        return State(reducer, some, members, np.zeros(0) if u is None else u)

@@ -39,10 +39,9 @@ class FlankGrid:
         self._intervals = reducer.case.drive.trochoid.lobes * 2 * _INTERVALS_PER_FLANK
         count = self._intervals * _SAMPLES_PER_INTERVAL
         self._along = np.arange(count) * self.period / count
-        self._tables: dict[int, dict[int, FloatArray]] = {}
+        self._tables: dict[Candidate, dict[int, FloatArray]] = {}
         self._first_lobe_tables: dict[tuple[str, tuple[tuple[str, Any], ...]], dict[int, FloatArray]] = {}
-        self._kept: list[Candidate] = []
-        self._cached: dict[int, tuple[tuple[int, ...], FloatArray]] = {}
+        self._cached: dict[int, tuple[tuple[Candidate, ...], FloatArray]] = {}
 
     def after(self, candidate: Candidate, coordinate: int, reducer: AsBuiltReducer) -> tuple[AsBuiltReducer, float]:
         """``reducer`` with a small value of one coordinate of the candidate, and the value."""
@@ -74,7 +73,7 @@ class FlankGrid:
 
     def removals(self, candidates: Sequence[Candidate], disc: int) -> FloatArray:
         """Removal of the candidates from a disc on the grid, per prior width, shape (grid, 2n) [mm]."""
-        key = tuple(map(id, candidates))
+        key = tuple(candidates)
         if disc in self._cached and self._cached[disc][0] == key:
             return self._cached[disc][1]
         rows = np.zeros((2 * len(candidates), self._along.size))
@@ -93,10 +92,9 @@ class FlankGrid:
 
     def _removal(self, candidate: Candidate) -> dict[int, FloatArray]:
         """For each disc that the candidate changes, shape (coordinates, grid)."""
-        if id(candidate) not in self._tables:
-            self._kept.append(candidate)  # keeps the id valid
-            self._tables[id(candidate)] = self._shifted_or_new(candidate)
-        return self._tables[id(candidate)]
+        if candidate not in self._tables:
+            self._tables[candidate] = self._shifted_or_new(candidate)
+        return self._tables[candidate]
 
     def _shifted_or_new(self, candidate: Candidate) -> dict[int, FloatArray]:
         key = next((k for k in ("lobe", "first_lobe") if k in candidate.choice), None)

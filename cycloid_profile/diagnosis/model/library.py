@@ -25,12 +25,13 @@ class Library:
         return log_priors(self.candidates, frequencies=self.frequencies)
 
     def with_more(self, more: Sequence[Candidate]) -> Library:
-        """The library extended by further candidates; existing indices are unchanged."""
-        return Library((*self.candidates, *more), self.frequencies)
+        """The library extended by candidates it does not have; existing indices are unchanged."""
+        fresh = [one for one in dict.fromkeys(more) if one not in self._numbers]
+        return Library((*self.candidates, *fresh), self.frequencies) if fresh else self
 
     def places(self, members: Sequence[Candidate]) -> list[int]:
         """Indices of candidates."""
-        return [self._numbers[id(member)] for member in members]
+        return [self._numbers[member] for member in members]
 
     def members(self, places: Sequence[int]) -> tuple[Candidate, ...]:
         """Candidates of indices."""
@@ -45,12 +46,21 @@ class Library:
         return self._by_choice.get((name, _key(choice)))
 
     @cached_property
+    def names(self) -> frozenset[str]:
+        """Names of the effects."""
+        return frozenset(candidate.name for candidate in self.candidates)
+
+    def of_name(self, name: str) -> list[int]:
+        """Indices of an effect at all its locations."""
+        return [i for i, candidate in enumerate(self.candidates) if candidate.name == name]
+
+    @cached_property
     def _by_choice(self) -> dict[tuple[str, tuple[tuple[str, Any], ...]], Candidate]:
         return {(candidate.name, _key(candidate.choice)): candidate for candidate in self.candidates}
 
     @cached_property
-    def _numbers(self) -> dict[int, int]:
-        return {id(candidate): i for i, candidate in enumerate(self.candidates)}
+    def _numbers(self) -> dict[Candidate, int]:
+        return {candidate: i for i, candidate in enumerate(self.candidates)}
 
 
 def _key(choice: Mapping[str, Any]) -> tuple[tuple[str, Any], ...]:

@@ -12,23 +12,34 @@ from cycloid_profile.diagnosis.data.noise import Values
 from cycloid_profile.diagnosis.model.candidate import Candidate
 from cycloid_profile.diagnosis.model.residuals import Residuals
 
+_NONE = np.zeros(0)
+
 
 class Whitened:
     """Fitted rows of one recording in units of independent noise.
 
-    ``z``: shape (rows,). ``nuisance``: shape (rows, n), unit normal priors. ``chosen``: mask over the rows of the
-    recording.
+    ``z``: shape (rows,). ``nuisance``: shape (rows, n), unit normal priors: datum, zero and drift, then the errors of
+    the model, which include those of the ``members`` at coordinates ``u``. ``chosen``: mask over the rows of the
+    recording. ``log_det``: ln|1 + AᵀA| of the nuisances.
     """
 
-    def __init__(self, residuals: Residuals, held_out: bool = False) -> None:
+    def __init__(
+        self, residuals: Residuals, held_out: bool = False, members: Sequence[Candidate] = (), u: FloatArray = _NONE
+    ) -> None:
         recording = residuals.recording
         self.residuals = residuals
         self.chosen: BoolArray = (recording.held_out == held_out) & np.isfinite(residuals.residual)
         self.starts = recording.starts(self.chosen)
         self.z = self._white(residuals.residual)
-        self.nuisance = self._white(residuals.nuisance)
+        # Datum, zero and drift come first, then the errors of the model.
+        self.known = residuals.nuisance.shape[1]
+        every = [residuals.nuisance, residuals.model_error]
+        if members:
+            every.append(residuals.form_error(members, u))
+        self.nuisance = self._white(np.hstack(every))
         gram = np.eye(self.nuisance.shape[1]) + self.nuisance.T @ self.nuisance
         self._gram_inverse = np.linalg.inv(gram)
+        self.log_det = float(np.linalg.slogdet(gram)[1])
 
     def columns(self, candidates: Sequence[Candidate]) -> FloatArray:
         """Columns of all coordinates per prior width, two for each candidate; the second is zero for one coordinate."""

@@ -20,8 +20,9 @@ _STEPS = 8  # most fits end earlier, by the gain of their last step
 class Optimum:
     """Optimal sizes of ``members``: coordinates ``u`` in units of prior widths, two each, with covariance.
 
-    ``R``: half the curvature of chi². ``chi2``: over ``rows`` rows. ``log_evidence``: against no effect. ``converged``:
-    the last step was small. ``ExactModel.at`` gives the state.
+    ``R``: half the curvature of chi². ``chi2``: over ``rows`` rows; ``misfit``: the same with the terms of prior and
+    covariance. ``log_evidence``: against no effect. ``converged``: the last step was small.
+    ``ExactModel.at`` gives the state.
     """
 
     members: tuple[Candidate, ...]
@@ -29,6 +30,7 @@ class Optimum:
     covariance: FloatArray
     R: FloatArray
     chi2: float
+    misfit: float
     rows: int
     log_evidence: float
     converged: bool
@@ -54,11 +56,6 @@ class Optimum:
                 return None
             rest.remove(same[0])
         return rest[0] if len(rest) == 1 else None
-
-    @property
-    def misfit(self) -> float:
-        """chi² plus the prior term."""
-        return self.chi2 + float(self.u @ self.u)
 
     def rotated_by_180(self) -> Iterator[tuple[tuple[Candidate, ...], Optimum]]:
         """Combinations of members common to all discs, each with the set that has them rotated by 180°.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import copy
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +13,7 @@ from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
 from cycloid_profile.diagnosis.data.recording import Recording
 from cycloid_profile.diagnosis.model.candidate import Candidate
 from cycloid_profile.diagnosis.model.flank_grid import FlankGrid
+from cycloid_profile.diagnosis.model.model_error import form_error, load_error, order_error
 from cycloid_profile.effects import AsBuiltReducer, removal_between
 from cycloid_profile.measurement import HYSTERESIS, LOST_MOTION_MAP, PROFILE_SCAN, TRANSMISSION_ERROR
 from cycloid_profile.rig import CurvePrediction, LinearisedCurve, predict_curves, register_scan
@@ -47,7 +49,7 @@ class Residuals:
     ) -> None:
         self.recording, self.reducer = recording, reducer
         self.flank_grid = FlankGrid(reducer) if flank_grid is None else flank_grid
-        self._columns: dict[int, tuple[Candidate, FloatArray]] = {}
+        self._columns: dict[Candidate, FloatArray] = {}
         self._weights: dict[int, list[tuple[csr_array, slice | IntArray]]] = {}
         rows, measurement = recording.rows, recording.measurement
         if recording.kind is PROFILE_SCAN:
@@ -93,35 +95,51 @@ class Residuals:
         twin.reducer = reducer
         return twin
 
+    @cached_property
+    def model_error(self) -> FloatArray:
+        """Error of the model without effects, as columns with their prior widths, shape (rows, columns)."""
+        if self.recording.kind is PROFILE_SCAN:
+            return np.zeros((self.residual.size, 0))
+        grown = load_error(self.reducer, self.first_order, self.recording)
+        return np.hstack([grown, order_error(self.reducer, self.recording, self.position)])
+
+    def form_error(self, members: Sequence[Candidate], u: FloatArray) -> FloatArray:
+        """Error in the form of effects at coordinates ``u``, as columns with their prior widths."""
+        scan = self.recording.kind is PROFILE_SCAN
+        phase = self.phase if scan else self.position
+        signatures = np.einsum("rmc,mc->mr", self.columns(members), u.reshape(-1, 2))
+        each = [
+            form_error(one, self.reducer, self.recording, self.position, phase) for one in signatures if np.any(one)
+        ]
+        return np.hstack([np.zeros((self.residual.size, 0)), *each])
+
     def columns(self, candidates: Sequence[Candidate]) -> FloatArray:
         """Change of the prediction per prior width of each coordinate, shape (rows, candidates, 2).
 
         The second is zero for candidates with one coordinate.
         """
-        fresh = [c for c in candidates if id(c) not in self._columns]
+        fresh = [c for c in candidates if c not in self._columns]
         sampled = [c for c in fresh if self.flank_grid.sampled(c)]
-        for candidate, own in zip(sampled, self._flank_columns(sampled), strict=True):
-            # The candidate is stored too, so that its id stays valid.
-            self._columns[id(candidate)] = (candidate, own)
+        self._columns.update(zip(sampled, self._flank_columns(sampled), strict=True))
         for candidate in fresh:
-            if id(candidate) not in self._columns:
-                self._columns[id(candidate)] = (candidate, self._change_column(candidate))
+            if candidate not in self._columns:
+                self._columns[candidate] = self._change_column(candidate)
         found = np.zeros((self.residual.size, len(candidates), 2))
         for i, candidate in enumerate(candidates):
-            found[:, i] = self._columns[id(candidate)][1]
+            found[:, i] = self._columns[candidate]
         return found
 
     def _flank_columns(self, candidates: Sequence[Candidate]) -> list[FloatArray]:
         """Columns of flank effects from their tabulated removals, each of shape (rows, 2)."""
         scan = self.recording.kind is PROFILE_SCAN
-        found = {id(c): _NOTHING for c in candidates}
+        found = dict.fromkeys(candidates, _NOTHING)
         for j in [self.recording.disc] if scan else range(self.reducer.discs):
             some = [c for c in candidates if self.flank_grid.touches(c, j)]
             removals = self.flank_grid.removals(some, j)
             shown = sum((weights @ removals)[of] for weights, of in self._on_grid(j))
             for i, candidate in enumerate(some):
-                found[id(candidate)] = found[id(candidate)] + shown[:, 2 * i : 2 * i + 2]
-        return [np.broadcast_to(found[id(c)], (self.residual.size, 2)) for c in candidates]
+                found[candidate] = found[candidate] + shown[:, 2 * i : 2 * i + 2]
+        return [np.broadcast_to(found[c], (self.residual.size, 2)) for c in candidates]
 
     def _on_grid(self, disc: int) -> list[tuple[csr_array, slice | IntArray]]:
         """Pairs of weights on the flank grid, shape (poses, grid), and the pose of each row; they add up."""

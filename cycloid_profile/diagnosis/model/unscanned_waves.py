@@ -64,7 +64,7 @@ class UnscannedWaves:
     def __init__(self, blocks: Sequence[Whitened], members: Sequence[Candidate], disc: int | None) -> None:
         self.blocks = [block for block in blocks if block.residuals.recording.kind.over_output_turn]
         self.disc = disc
-        own = [np.hstack([block.nuisance, _mesh(block)]) for block in self.blocks]
+        own = [np.hstack([block.nuisance[:, : block.known], _mesh(block)]) for block in self.blocks]
         nuisances = [one.shape[1] for one in own]
         fitted = [np.hstack([one, block.columns(members)]) for one, block in zip(own, self.blocks, strict=True)]
         # Each file has its own zero, drift and mesh columns; the members are common.

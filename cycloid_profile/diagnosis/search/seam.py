@@ -11,13 +11,13 @@ from cycloid_profile.diagnosis.data.noise import sidak
 from cycloid_profile.diagnosis.data.recording import Recording
 from cycloid_profile.diagnosis.model.chatter_spectrum import PEAK, chi2_reduction
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
-from cycloid_profile.diagnosis.model.lobe_index import has_free_index, indexed_from
 from cycloid_profile.diagnosis.model.normal_equations import Whitened
 from cycloid_profile.diagnosis.model.optimum import Optimum
+from cycloid_profile.diagnosis.search.lobe_index import has_free_index
+from cycloid_profile.effects import GrindingChatter
 from cycloid_profile.measurement import PROFILE_SCAN
 
 _REACH, _STEP = 1.5, 0.02  # waves: a step in the middle of the scan splits a peak into two, one wave apart
-_CHATTER = "grinding_chatter"
 
 
 def seam(block: Whitened, z: FloatArray, waves: float) -> int | None:
@@ -31,32 +31,25 @@ def seam(block: Whitened, z: FloatArray, waves: float) -> int | None:
     return int(first) if chance < PEAK else None
 
 
-def indexed_from_seams(model: ExactModel, best: Optimum) -> ExactModel:
-    """The model with the lobe index of each scan fixed by the seam of the chatter of ``best``; unchanged without a
-    seam.
-    """
-    open_ = [has_free_index(model.reducer, recording) for recording in model.recordings]
-    if not any(open_) or not any(member.name == _CHATTER for member in best.members):
-        return model
-    # Only scans show a seam.
-    blocks = iter(model.scans_alone().at(best).blocks)
-    residuals, notes = list(model.baseline.residuals), False
-    for i, recording in enumerate(model.recordings):
-        block = next(blocks) if recording.kind is PROFILE_SCAN else None
-        lobe = _first_lobe(block, best) if block is not None and open_[i] else None
-        if lobe is not None:
-            residuals[i], notes = indexed_from(residuals[i], lobe, model.flank_grid), True
-    return model.with_residuals(residuals) if notes else model
+def offsets_by_seams(model: ExactModel, optimum: Optimum) -> tuple[int, ...]:
+    """Offset of each file's lobe index at which the chatter of an optimum begins; zero without a clear seam."""
+    offsets = [0] * len(model.recordings)
+    if any(member.kind is GrindingChatter for member in optimum.members):
+        for i, block in enumerate(model.at(optimum).blocks):
+            recording = block.residuals.recording
+            if recording.kind is PROFILE_SCAN and has_free_index(model.reducer, recording):
+                offsets[i] = _first_lobe(block, optimum) or 0
+    return tuple(offsets)
 
 
 def seam_notes(before: Sequence[Recording], after: Sequence[Recording], lobes: int) -> list[str]:
-    """Notes on scans whose lobe index is fixed by a seam."""
+    """Notes on scans whose lobe index is not that of the file."""
     notes = []
     for old, new in zip(before, after, strict=True):
-        if new.lobes_indexed and old.placed is not None and new.placed is not None:
+        if old.placed is not None and new.placed is not None:
             first = round((old.placed.turn - new.placed.turn) * lobes / (2.0 * np.pi)) % lobes + 1
             if first != 1:
-                notes.append(f"{new.name}: lobe 1 is lobe {first} of the file, where the waves begin")
+                notes.append(f"{new.name}: lobe 1 is lobe {first} of the file")
     return notes
 
 
@@ -71,7 +64,7 @@ def _first_lobe(block: Whitened, best: Optimum) -> int | None:
 def _shown(best: Optimum, block: Whitened) -> list[int]:
     """Indices of the chatter members that a scan shows, the largest first."""
     disc = block.residuals.recording.disc + 1
-    mine = [i for i, m in enumerate(best.members) if m.name == _CHATTER and m.choice.get("disc") in (None, disc)]
+    mine = [i for i, m in enumerate(best.members) if m.kind is GrindingChatter and m.choice.get("disc") in (None, disc)]
     return sorted(mine, key=lambda i: -float(np.linalg.norm(best.coordinates(i))))
 
 

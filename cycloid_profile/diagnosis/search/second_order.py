@@ -14,9 +14,10 @@ from cycloid_profile.diagnosis.model.evidence import is_plausible
 from cycloid_profile.diagnosis.model.exact_model import ExactModel, State
 from cycloid_profile.diagnosis.model.library import Library
 from cycloid_profile.diagnosis.model.normal_equations import NormalEquations, Whitened, normal_equations
-from cycloid_profile.diagnosis.search.local_search import Start
 from cycloid_profile.effects import EffectLocation
 from cycloid_profile.measurement import PROFILE_SCAN
+
+Start = tuple[list[int], FloatArray]  # library indices and coordinates
 
 _SINGLES, _PAIRS = 3, 6  # starts kept; few effects cancel to first order
 _TRIAL = 0.5  # prior widths
@@ -25,17 +26,14 @@ _LEAST, _LARGEST = 0.05, 4.0  # times the response at the trial size
 _POWER = 0.7
 
 
-def second_order(coarse: ExactModel, library: Library, gain_per_row: float) -> list[Start]:
-    """Starts of single second-order effects that explain a sufficient part of a gain in chi²."""
-    if coarse.only_scans:
+def second_order(model: ExactModel, library: Library) -> list[Start]:
+    """Starts of single second-order effects, those that explain most."""
+    if model.only_scans:
         return []
-    before = coarse.baseline
-    least = 0.2 * gain_per_row * sum(block.z.size for block in before.blocks)
     found = []
-    for i, columns in _second_order_responses(coarse, library):
-        drop, amounts = chi2_reduction(before.blocks, columns)
-        if drop >= least:
-            found.append((drop, [i], _coordinates(amounts)))
+    for i, columns in _second_order_responses(model, library):
+        drop, amounts = chi2_reduction(model.baseline.blocks, columns)
+        found.append((drop, [i], _coordinates(amounts)))
     found.sort(key=lambda f: -f[0])
     return [(members, u) for _, members, u in found[:_SINGLES]]
 

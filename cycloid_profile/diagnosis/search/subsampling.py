@@ -1,22 +1,19 @@
-"""Subsamples of recordings: coarse search, and rejection of improbable sets before the costly fit on all rows."""
+"""Subsamples of curves: most sets are compared on few rows."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from cycloid_profile.diagnosis.data.noise import Noise
 from cycloid_profile.diagnosis.data.recording import Recording
-from cycloid_profile.diagnosis.model.candidate import Candidate
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
-from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
 from cycloid_profile.measurement import PROFILE_SCAN
 
 _FEWEST_ROWS = 240  # of all curves together
 _CHEAP_ROWS = 1000  # of all curves together: up to this number no subsample is needed
-_GAIN_SEEN = 20.0  # of chi²
+_GAIN_SEEN = 60.0  # of chi²
 
 
 def subsample(recording: Recording, rows: int, share: float = 0.0) -> Recording:
@@ -45,19 +42,3 @@ def smallest_subsample(model: ExactModel, gain: float) -> ExactModel:
         return model
     rows = max(_FEWEST_ROWS, round(sum(curves) * min(_GAIN_SEEN / max(gain, 1.0), 1.0))) // max(len(curves), 1)
     return model.with_recordings([subsample(r, rows) for r in model.recordings])
-
-
-def prefilter_attempts(
-    subsampled: ExactModel,
-    attempts: Sequence[Attempt],
-    prior: Callable[[Sequence[Candidate]], float],
-    best: Optimum,
-    reach: float,
-) -> list[Optimum]:
-    """Optima on the subsample within ``reach`` of the chi² of ``best``, by decreasing evidence."""
-    mine = subsampled.optimum(Attempt(best.members, best.u), prior(best.members)) if attempts else None
-    if mine is None:
-        return []
-    beat = [Attempt(one.members, one.start, one.steps, mine.misfit) for one in attempts]
-    fitted = [one for one in subsampled.optima(beat, prior) if one is not None and one.misfit < mine.misfit + reach]
-    return sorted(fitted, key=lambda one: -one.log_evidence)

@@ -15,27 +15,21 @@ import numpy as np
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.diagnosis.model.candidate import Candidate
+from cycloid_profile.diagnosis.model.library import Library
 from cycloid_profile.diagnosis.model.optimum import Optimum
-from cycloid_profile.diagnosis.search.local_search import LocalSearch, Start
 
-_SETS = 6  # best sets whose parts are exchanged
 _MOST = 18  # of each set
-_REACH = 60.0  # of the evidence
 
 _Key = tuple[str, frozenset[tuple[str, Any]]]
 
 
-def on_other_parts(local_search: LocalSearch) -> list[Start]:
-    """Starts with the best sets moved to the other discs and to every crank, if most poses stay equivalent."""
-    starts, ranked = list[Start](), local_search.ranked
-    known = {_key(c.name, c.choice): i for i, c in enumerate(local_search.library.candidates)}
-    for one in ranked[:_SETS]:
-        if one.log_evidence > ranked[0].log_evidence - _REACH and local_search.model.solves_few_poses(one.members):
-            starts += _moved(one, known, local_search.model.reducer.discs, local_search.model.reducer.cranks)
-    return starts
+def on_other_parts(library: Library, optimum: Optimum, discs: int, cranks: int) -> list[tuple[list[int], FloatArray]]:
+    """Library indices and coordinates of the same effects moved to the other discs and to every crank together."""
+    known = {_key(c.name, c.choice): i for i, c in enumerate(library.candidates)}
+    return _moved(optimum, known, discs, cranks)
 
 
-def _moved(optimum: Optimum, known: Mapping[_Key, int], discs: int, cranks: int) -> list[Start]:
+def _moved(optimum: Optimum, known: Mapping[_Key, int], discs: int, cranks: int) -> list[tuple[list[int], FloatArray]]:
     found = []
     for further in range(discs):
         choices = [list(_choices(member.choice, further, discs, cranks)) for member in optimum.members]

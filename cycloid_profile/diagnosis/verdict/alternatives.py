@@ -15,8 +15,8 @@ from cycloid_profile.diagnosis.model.exact_model import ExactModel
 from cycloid_profile.diagnosis.model.normal_equations import NormalEquations, coordinates, normal_equations
 from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
 from cycloid_profile.diagnosis.planning.plan import separating_measurement
-from cycloid_profile.diagnosis.search.effect_search import SearchResult
-from cycloid_profile.diagnosis.search.identical_effects import always_identical, cosine
+from cycloid_profile.diagnosis.search.search import SearchResult
+from cycloid_profile.diagnosis.verdict.identical_effects import always_identical, cosine
 from cycloid_profile.diagnosis.verdict.result import NamedEffect, SizedEffect
 
 DISTINGUISHED = 4.5  # half chi²: three standard deviations between two explanations
@@ -98,7 +98,7 @@ def _evidence_of(found: SearchResult, members: Sequence[Candidate]) -> float:
     if not members:
         return 0.0
     wanted = {id(m) for m in members}
-    for optimum in found.rescored:
+    for optimum in found.fitted:
         if {id(m) for m in optimum.members} == wanted:
             return optimum.log_evidence
     best, mine = (
@@ -124,7 +124,7 @@ def _group(
         ):
             group.setdefault(candidate.name, candidate)
     others = [m for j, m in enumerate(best.members) if j != member]
-    for rescored in found.rescored:
+    for rescored in found.fitted:
         # Sets fitted during the search also belong to the group if they fit as well.
         alternative = rescored.remaining_member(others)
         if alternative is None or alternative.name == mine.name or rescored.implausible:
@@ -175,7 +175,7 @@ def _swapped(found: SearchResult, member: int, alternatives: Sequence[tuple[int,
     optima = []
     for i, deficit in alternatives:
         members = (*others, found.library.candidates[i])
-        known = [o for o in found.rescored if {id(m) for m in o.members} == {id(m) for m in members} and o.converged]
+        known = [o for o in found.fitted if {id(m) for m in o.members} == {id(m) for m in members} and o.converged]
         # An alternative that fits worse in linear equations is abandoned as soon as it cannot reach the best set.
         beat = math.inf if deficit < DISTINGUISHED else found.best.misfit
         attempt = Attempt(members, found.start(members), steps=_STEPS, beat=beat)

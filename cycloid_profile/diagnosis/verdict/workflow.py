@@ -17,17 +17,17 @@ from cycloid_profile.diagnosis.model.detection import (
     detect,
     detect_given,
     largest_finding,
-    worst_residual,
+    largest_gain,
 )
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
 from cycloid_profile.diagnosis.model.flank_grid import FlankGrid
-from cycloid_profile.diagnosis.model.lobe_index import index_lobes
 from cycloid_profile.diagnosis.model.normal_equations import NormalEquations, Whitened, normal_equations
 from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
 from cycloid_profile.diagnosis.model.residuals import Residuals, nuisance_fitted
 from cycloid_profile.diagnosis.planning.detectable import smallest_detectable
-from cycloid_profile.diagnosis.search.effect_search import SearchResult, search_effects
+from cycloid_profile.diagnosis.search.lobe_index import index_lobes
 from cycloid_profile.diagnosis.search.seam import seam_notes
+from cycloid_profile.diagnosis.search.search import SearchResult, search_effects
 from cycloid_profile.diagnosis.verdict.alternatives import location_notes, named_effects, rotation_notes
 from cycloid_profile.diagnosis.verdict.nearest_effects import nearest
 from cycloid_profile.diagnosis.verdict.result import Diagnosis, FileGap, NamedEffect
@@ -36,8 +36,6 @@ from cycloid_profile.measurement import PROFILE_SCAN, Measurement, scanned_disc
 
 _LEAST_EVIDENCE = 5.0  # odds of 150 to 1 against no effect
 _EXPLAINED = 0.9  # share of the initial residual that accepted effects explain if a residual remains
-_HELD_OUT = 1.5  # times the noise: 436 correct results had at most 1.25 on held-out rows
-_WORSENED = 25.0  # of chi²
 
 NotSeen = dict[str, tuple[float, str]]
 
@@ -75,17 +73,8 @@ def diagnose(
     not_seen = smallest_detectable(detected.equations, detected.detection.families)
     if not detected.detection.significant_findings:
         return _agreement(detected, files, not_seen)
-    explanation = _explain(search_effects(model, library, progress), detected, library, progress)
-    if explanation.worst is not None and files.curves:
-        progress("unexplained residual: searching every location of each effect")
-        again = _explain(
-            search_effects(explanation.found.model, library, progress, thorough=True),
-            explanation.detected,
-            library,
-            progress,
-        )
-        if again.final.log_evidence > explanation.final.log_evidence:
-            explanation = again
+    gain = largest_gain(detected.equations)
+    explanation = _explain(search_effects(model, library, gain, progress), detected, library, progress)
     return _result(explanation, files, not_seen, progress)
 
 
@@ -160,9 +149,8 @@ def _explain(
     everything, best = detected.everything, found.best
     final = everything.optimum(Attempt(best.members, best.u, steps=3), found.library.prior(best.members)) or best
     after_effects = detect_given(everything.at(final).blocks, final.members)
-    return _Explanation(
-        found, detected, final, after_effects, worst_residual(after_effects, everything.baseline.blocks)
-    )
+    worst = largest_finding(after_effects) if after_effects.significant_findings else None
+    return _Explanation(found, detected, final, after_effects, worst)
 
 
 def _detect_all_rows(model: ExactModel, library: Sequence[Candidate]) -> _Detected:
@@ -230,23 +218,11 @@ def _result(explanation: _Explanation, files: _Files, not_seen: NotSeen, progres
 def _is_accepted(explanation: _Explanation) -> bool:
     """Whether the best set is accepted: evidence, held-out rows, and explained share if a residual remains."""
     best, detected = explanation.found.best, explanation.detected
-    if not best.members or best.log_evidence < _LEAST_EVIDENCE or not _passes_held_out(explanation.found):
+    if not best.members or best.log_evidence < _LEAST_EVIDENCE:
         return False
     first, rows = detected.everything.baseline.chi2, detected.equations.rows
     explained = (first - explanation.final.chi2) / max(first - rows, 1e-9)
-    return explanation.worst is None or (
-        explained > _EXPLAINED and not _worsens_a_file(detected.everything, explanation.final)
-    )
-
-
-def _passes_held_out(found: SearchResult) -> bool:
-    """Whether the held-out rows of every file agree with the best set, or nearly all of their residual is explained."""
-    after = found.model.at(found.best).residuals
-    gaps = [_gap(a.recording, a, b) for a, b in zip(found.model.baseline.residuals, after, strict=True)]
-    return not any(
-        gap.held_out_after > _HELD_OUT * gap.noise and not (gap.closure is not None and gap.closure > _EXPLAINED)
-        for gap in gaps
-    )
+    return explanation.worst is None or explained > _EXPLAINED
 
 
 def _gaps(
@@ -262,12 +238,6 @@ def _gaps(
         checked = [Residuals(replace(r, placed=None), corrected, flank_grid) for r in files.checks]
         after = [*found.model.at(found.best).residuals, *checked]
     return tuple(_gap(a.recording, a, b) for a, b in zip(before, after, strict=True))
-
-
-def _worsens_a_file(everything: ExactModel, final: Optimum) -> bool:
-    """Whether some file fits worse with the effects than without."""
-    blocks = zip(everything.baseline.blocks, everything.at(final).blocks, strict=True)
-    return any(after.chi2 > before.chi2 + _WORSENED for before, after in blocks)
 
 
 def _reducer_with(reducer: AsBuiltReducer, effects: Sequence[NamedEffect]) -> AsBuiltReducer:

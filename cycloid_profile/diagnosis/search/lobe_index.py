@@ -21,13 +21,10 @@ from cycloid_profile.diagnosis.model.exact_model import ExactModel
 from cycloid_profile.diagnosis.model.flank_grid import FlankGrid
 from cycloid_profile.diagnosis.model.library import Library
 from cycloid_profile.diagnosis.model.normal_equations import NormalEquations, Whitened, normal_equations
-from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
+from cycloid_profile.diagnosis.model.optimum import Optimum
 from cycloid_profile.diagnosis.model.residuals import Residuals
 from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.measurement import PROFILE_SCAN
-
-_STEPS = 3  # from the optimum with the old index, a close start
-_OPEN = 10.0  # of the evidence: a deficit on the subsample below this value is open
 
 
 def index_lobes(
@@ -43,52 +40,39 @@ def index_lobes(
     return [_reindexed(one, n, flank_grid) for one, n in zip(residuals, offsets, strict=True)]
 
 
-def reindexed_about(model: ExactModel, near: ExactModel, library: Library, best: Optimum) -> ExactModel:
-    """The model with its scans re-indexed, given a set of effects; the model itself if no index changes.
+def offsets_about(model: ExactModel, library: Library, optimum: Optimum) -> tuple[int, ...]:
+    """Offset of each file's lobe index that suits a set of effects best, given the files before it.
 
     On an odd number of lobes, an oval rotated by 180° differs from the original by half a lobe only. The linear error
-    of other files can hide that, so they are linearised about ``best``, an optimum of ``near``. ``near`` may have fewer
-    rows than ``model``.
+    of other files can hide that, so they are linearised about the optimum.
     """
     residuals = model.baseline.residuals
     if not _has_free_scan(model.reducer, residuals):
-        return model
-    places = library.places(best.members)
+        return (0,) * len(residuals)
+    state = model.at(optimum)
+    places = library.places(optimum.members)
     equations = []
-    for whole, block in zip(model.baseline.blocks, near.at(best).blocks, strict=True):
+    for whole, block in zip(model.baseline.blocks, state.blocks, strict=True):
         if whole.residuals.recording.kind is PROFILE_SCAN:
             equations.append(normal_equations([whole], library.candidates))
         else:
-            equations.append(normal_equations([block], library.candidates).about(places, best.u))
-    offsets = _offsets(model.reducer, residuals, equations, library.priors, places)
+            equations.append(normal_equations([block], library.candidates).about(places, optimum.u))
+    return tuple(_offsets(model.reducer, residuals, equations, library.priors, places))
+
+
+def with_offsets(model: ExactModel, offsets: Sequence[int]) -> ExactModel:
+    """The model with the lobe index of each scan raised."""
     if not any(offsets):
         return model
-    return _with_offsets(model, offsets)
-
-
-def reindexed_by(model: ExactModel, lobes: int) -> ExactModel:
-    """The model with the lobe index of all scans without a fixed index raised by ``lobes``."""
-    if not lobes:
-        return model
-    return _with_offsets(model, [lobes if has_free_index(model.reducer, r) else 0 for r in model.recordings])
+    return model.with_residuals(
+        [_reindexed(one, n, model.flank_grid) for one, n in zip(model.baseline.residuals, offsets, strict=True)]
+    )
 
 
 def has_free_index(reducer: AsBuiltReducer, recording: Recording) -> bool:
     """Whether the lobe index of a file is free: a scan of identical lobes without an index fixed before."""
     return (
         recording.kind is PROFILE_SCAN and reducer.teeth[recording.disc].identical_lobes and not recording.lobes_indexed
-    )
-
-
-def indexed_from(one: Residuals, lobe: int, flank_grid: FlankGrid) -> Residuals:
-    """The scan with its index fixed: ``lobe``, counted from 0, becomes number 1."""
-    reindexed = _reindexed(one, lobe, flank_grid)
-    return reindexed.under(replace(reindexed.recording, lobes_indexed=True))
-
-
-def _with_offsets(model: ExactModel, offsets: Sequence[int]) -> ExactModel:
-    return model.with_residuals(
-        [_reindexed(one, n, model.flank_grid) for one, n in zip(model.baseline.residuals, offsets, strict=True)]
     )
 
 
@@ -167,45 +151,3 @@ def reindexed_equations(scan: NormalEquations, lobes: int, of: int) -> NormalEqu
 def rotation(angle: float) -> FloatArray:
     """Rotation matrix of two coordinates."""
     return np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
-
-
-def reindexed_for(
-    model: ExactModel, subsampled: ExactModel, library: Library, best: Optimum
-) -> tuple[ExactModel, Optimum]:
-    """The model with the lobe index that suits the ``best`` set, or the set rotated by 180° if that fits better, and
-    its optimum.
-
-    The same model if no index changes. The ``subsampled`` model proposes another index, the full model decides.
-    """
-    if not best.members:
-        return model, best
-    mine = _refitted_on_subsample(subsampled, best, library)
-    if mine is None or reindexed_about(subsampled, subsampled, library, mine) is not subsampled:
-        reindexed = reindexed_about(model, model, library, best)
-        if reindexed is not model:
-            return reindexed, best
-    for _, other in best.rotated_by_180():
-        if mine is not None and not _may_be_better(subsampled, library, other, mine):
-            continue
-        if model.state(other.members, other.u) is None:
-            continue
-        reindexed = reindexed_about(model, model, library, other)
-        if reindexed is not model:
-            attempt = Attempt(other.members, other.u, beat=best.misfit)
-            found = reindexed.optimum(attempt, library.prior(other.members))
-            if found is not None and found.log_evidence > best.log_evidence:
-                return reindexed, found
-    return model, best
-
-
-def _refitted_on_subsample(subsampled: ExactModel, best: Optimum, library: Library) -> Optimum | None:
-    """Optimum of a set on the subsample, from its optimum on more rows."""
-    return subsampled.optimum(Attempt(best.members, best.u, _STEPS), library.prior(best.members))
-
-
-def _may_be_better(subsampled: ExactModel, library: Library, other: Optimum, mine: Optimum) -> bool:
-    """Whether the subsample permits that ``other``, with the lobe index of its own, fits better than ``mine``."""
-    if subsampled.state(other.members, other.u) is None:
-        return False
-    found = _refitted_on_subsample(reindexed_about(subsampled, subsampled, library, other), other, library)
-    return found is not None and found.log_evidence > mine.log_evidence - _OPEN

@@ -1,0 +1,18 @@
+"""All tuned numbers of the diagnosis, each with its reason (docs/diagnosis.md, "Tuned numbers")."""
+
+# Error of the model: from comparisons of our solvers with independent ones and with each other.
+CONTACT_LAW = 0.12  # of the approach: the spread of six published laws
+BODY_OF_RIGID_DISC = 0.5  # of the approach: a finite-element disc moves the flank as far as the contact
+BODY_OF_ELASTIC_DISC = 0.15  # of the approach: meshes, holes and pillars left out
+BEARING_STIFFNESS = 0.2  # of the bearing's stiffness: catalogue values scatter by as much
+ORDER_ACCURACY = 1.0  # times the accuracy of the file, for each order of the mesh
+FORM = 0.03  # of an effect, for each slow modulation of its pattern
+REVERSAL = 0.5  # of an effect just after a reversal, where friction slips in many forms
+
+# Search.
+ADDITIONS = 8  # kinds of sets with one more effect, and as many with two more, fitted about an optimum
+EXCHANGES = 3  # kinds of sets with one effect exchanged, fitted for each member
+BEAM = 6  # best sets whose neighbours are fitted
+EXPANSIONS = 14  # sets whose neighbours are fitted at most, on few rows; half as many on all rows
+OPEN = 12.0  # of the evidence on all rows: sets this much worse than the best are not pursued
+LINEAR_ERROR = 0.1  # of the evidence: the same for curves, whose linear equations err

@@ -1,0 +1,135 @@
+"""Error of the model, as nuisances with prior widths (docs/diagnosis.md, "Error of the model").
+
+Reasonable models of one reducer differ: in contact law, in the elasticity of disc and bearings, and in the form of an
+effect. These differences grow with the load and with the effect, so that they have no constant size.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+
+import numpy as np
+
+from cycloid_profile.arrays import FloatArray
+from cycloid_profile.contact.stage import LoadedContacts
+from cycloid_profile.diagnosis import _tuned as tuned
+from cycloid_profile.diagnosis.data.recording import Recording
+from cycloid_profile.effects import AsBuiltReducer
+from cycloid_profile.errors import CycloidError
+from cycloid_profile.measurement import HYSTERESIS, PROFILE_SCAN
+from cycloid_profile.rig import LinearisedCurve
+
+_NEAR, _FAR = 1.0, 4.0  # pin pitches over which the coupling of neighbouring pins by the disc decays
+# Shares of the largest torque over which the form of friction after a reversal decays.
+_AFTER_REVERSAL = (0.05, 0.15)
+_MULTIPLES = 6  # of lobes and pins: amplitudes fall with the harmonic
+
+
+def load_error(reducer: AsBuiltReducer, curve: LinearisedCurve, recording: Recording) -> FloatArray:
+    """Columns of the error that grows with the load, in the unit of the file, shape (rows, columns).
+
+    Contact law (its factor and its exponent), coupling of neighbouring pins by the disc, and bearings, each with the
+    width in ``_tuned``. What they change alike in all rows is no error but an effect: compliance, zero.
+    """
+    law, contact = reducer.case.law, reducer.case.line_contact
+
+    def approach(at: LoadedContacts) -> FloatArray:
+        return law.approach(at.force, contact(at.curvature))
+
+    def exponent(at: LoadedContacts) -> FloatArray:
+        return approach(at) * np.log(at.force / np.mean(at.force))
+
+    def coupling(pitches: float) -> FloatArray:
+        return curve.opened(lambda at: _coupled(at, reducer, pitches) * float(np.mean(approach(at))))
+
+    body = tuned.BODY_OF_RIGID_DISC if not reducer.case.disc_bodies else tuned.BODY_OF_ELASTIC_DISC
+    columns = [
+        tuned.CONTACT_LAW * curve.opened(approach),
+        tuned.CONTACT_LAW * curve.opened(exponent),
+        body * coupling(_NEAR),
+        body * coupling(_FAR),
+    ]
+    softer = tuned.BEARING_STIFFNESS / reducer.case.drive.support.bearing_stiffness
+    with suppress(CycloidError):
+        columns.append(curve.change(reducer.with_bearings(softer=softer)))
+    stacked = np.stack([np.nan_to_num(column) for column in columns], axis=1)
+    return stacked - _common(recording, stacked)
+
+
+def order_error(reducer: AsBuiltReducer, recording: Recording, position: FloatArray) -> FloatArray:
+    """Cosine and sine of the orders of mesh in a curve over a turn, with the accuracy of an order as width."""
+    if not recording.kind.over_output_turn:
+        return np.zeros((position.size, 0))
+    trochoid = reducer.case.drive.trochoid
+    multiples = np.arange(1, _MULTIPLES + 1)
+    orders = np.unique([*(trochoid.lobes * multiples), *(trochoid.pins * multiples), trochoid.lobes * trochoid.pins])
+    angle = np.outer(position, orders)
+    return tuned.ORDER_ACCURACY * recording.accuracy * np.hstack([np.cos(angle), np.sin(angle)])
+
+
+def form_error(
+    signature: FloatArray, reducer: AsBuiltReducer, recording: Recording, position: FloatArray, phase: FloatArray
+) -> FloatArray:
+    """Columns of the error in the form of one effect: its ``signature``, shape (rows,), slowly modulated.
+
+    Along lobe and disc for a scan (``phase`` of the lobe [rad]), along mesh and turn for a curve over a turn, with
+    torque and branch for a loop.
+    """
+    trochoid = reducer.case.drive.trochoid
+    if recording.kind is PROFILE_SCAN:
+        turn = position / trochoid.lobes
+        angles = [phase, 2.0 * phase, 3.0 * phase, turn, 2.0 * turn]
+        modulation = _waves(angles)
+    elif recording.kind is HYSTERESIS:
+        torque = recording.measurement["torque_nm"] / float(np.max(np.abs(recording.measurement["torque_nm"])))
+        branch, past = _since_reversal(torque)
+        t, branch, past = torque[recording.rows], branch[recording.rows], past[recording.rows]
+        after = [tuned.REVERSAL / tuned.FORM * np.exp(-past / decay) for decay in _AFTER_REVERSAL]
+        modulation = np.stack([t, t * t, t**3, branch, branch * t, *after], axis=1)
+    else:
+        discs = reducer.discs
+        mesh = [k * discs * n * position for n in (trochoid.lobes, trochoid.pins) for k in (1, 2, 3)]
+        modulation = _waves([position, 2.0 * position, *mesh])
+    return tuned.FORM * signature[:, np.newaxis] * modulation
+
+
+def _waves(angles: list[FloatArray]) -> FloatArray:
+    waves = [wave for angle in angles for wave in (np.cos(angle), np.sin(angle))]
+    return np.stack(waves, axis=1)
+
+
+def _since_reversal(torque: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Direction of the load at each row, and the torque passed since it last changed, infinite before."""
+    direction = np.sign(np.diff(torque, prepend=torque[0]))
+    direction[0] = direction[1] if direction.size > 1 else 1.0
+    past = np.full(torque.size, np.inf)
+    turned = np.nan
+    for i in range(1, torque.size):
+        if direction[i] * direction[i - 1] < 0.0:
+            turned = torque[i - 1]
+        if np.isfinite(turned):
+            past[i] = abs(torque[i] - turned)
+    return direction, past
+
+
+def _coupled(at: LoadedContacts, reducer: AsBuiltReducer, pitches: float) -> FloatArray:
+    """Force on neighbouring pins of the same disc, with weights that decay over ``pitches``, per mean force."""
+    pins = reducer.case.drive.trochoid.pins
+    poses = int(np.max(at.pose, initial=-1)) + 1
+    force = np.zeros((poses, at.discs, pins))
+    force[at.pose, at.disc, at.pin] = at.force
+    apart = np.minimum(np.arange(pins), pins - np.arange(pins))
+    kernel = np.exp(-apart / pitches)
+    spread = np.fft.irfft(np.fft.rfft(force) * np.fft.rfft(kernel / kernel.sum()), pins)
+    found: FloatArray = spread[at.pose, at.disc, at.pin] / float(np.mean(at.force))
+    return found
+
+
+def _common(recording: Recording, columns: FloatArray) -> FloatArray:
+    """Part of the columns that is a constant over a turn, or proportional to the torque on each side of a loop."""
+    if recording.kind is HYSTERESIS:
+        torque = recording.measurement["torque_nm"][recording.rows]
+        known = np.stack([np.ones_like(torque), torque, np.sign(torque)], axis=1)
+    else:
+        known = np.ones((len(columns), 1))
+    return np.asarray(known @ np.linalg.lstsq(known, columns, rcond=None)[0])

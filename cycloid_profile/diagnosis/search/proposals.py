@@ -1,0 +1,117 @@
+"""Sets of effects that linear equations propose about an optimum, and the moves that lead to them."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from cycloid_profile.arrays import FloatArray, IntArray
+from cycloid_profile.diagnosis import _tuned as tuned
+from cycloid_profile.diagnosis.model.candidate import Candidate, Variety
+from cycloid_profile.diagnosis.model.evidence import Scored, distinct, estimate, of_different_names, scores
+from cycloid_profile.diagnosis.model.library import Library
+from cycloid_profile.diagnosis.model.normal_equations import NormalEquations
+from cycloid_profile.diagnosis.model.optimum import Optimum
+
+_LEADING = 24  # effects whose pairs are scored with all others
+
+
+@dataclass(frozen=True, eq=False)
+class Proposal:
+    """A set to fit exactly, from coordinates ``start``, with the lobe index of each file raised by ``offsets``.
+
+    ``promised``: its linear log evidence, infinite where linear equations say nothing.
+    """
+
+    members: tuple[Candidate, ...]
+    start: FloatArray
+    offsets: tuple[int, ...]
+    promised: float = math.inf
+
+
+@dataclass(frozen=True)
+class Move:
+    """A way from one set to others: ``sets`` of library indices, of which ``most`` kinds are proposed."""
+
+    sets: IntArray
+    most: int
+    of_a_kind: int = 1
+
+
+def linear_proposals(
+    equations: NormalEquations, library: Library, optimum: Optimum, offsets: tuple[int, ...]
+) -> list[Proposal]:
+    """Best sets of each move about an optimum, most promising first.
+
+    ``equations`` of the whole library, linearised about the optimum and referred to zero.
+    """
+    base = library.places(optimum.members)
+    scored = {one for move in _moves(equations, library, base) for one in _best(equations, library, move)}
+    return [
+        Proposal(library.members(one.members), estimate(equations, one.members)[0], offsets, one.log_evidence)
+        for one in sorted(scored, key=lambda s: -s.log_evidence)
+    ]
+
+
+def _moves(equations: NormalEquations, library: Library, base: Sequence[int]) -> Iterator[Move]:
+    """Additions of one and two effects, removals, exchanges of one effect, and one effect in place of two."""
+    visible = distinct(equations, base)
+    more = np.array([i for i in visible if i not in base], dtype=np.intp)
+    yield Move(_each(base, more), tuned.ADDITIONS, 2)
+    yield Move(_pairs(equations, library, base, more), tuned.ADDITIONS)
+    if not base:
+        return
+    for j in base:
+        others = [i for i in base if i != j]
+        same = library.of_name(library.candidates[j].name)
+        if others:
+            yield Move(np.array([others], dtype=np.intp), 1)
+        yield Move(_each(others, np.array([i for i in more if i not in same], dtype=np.intp)), tuned.EXCHANGES)
+        elsewhere = np.array([i for i in same if i != j], dtype=np.intp)
+        yield Move(_each(others, elsewhere), tuned.EXCHANGES, tuned.EXCHANGES)
+    for two in combinations(base, 2):
+        yield Move(_each([i for i in base if i not in two], more), tuned.EXCHANGES)
+
+
+def _each(base: Sequence[int], more: IntArray) -> IntArray:
+    """The base with each of ``more``, shape (sets, size)."""
+    return np.concatenate(
+        [np.broadcast_to(np.array(base, dtype=np.intp), (more.size, len(base))), more[:, None]], axis=1
+    )
+
+
+def _pairs(equations: NormalEquations, library: Library, base: Sequence[int], more: IntArray) -> IntArray:
+    """The base with two more effects: all pairs of an empty base, else those with a leading effect."""
+    first = more
+    if base:
+        alone = scores(equations, library.priors, of_different_names(equations, _each(base, more)))
+        ranked = sorted(alone, key=lambda s: -s.log_evidence)[:_LEADING]
+        first = np.array([s.members[-1] for s in ranked], dtype=np.intp)
+    pairs = {tuple(sorted((int(i), int(j)))) for i in first for j in more if i != j}
+    if not pairs:
+        return np.zeros((0, len(base) + 2), dtype=np.intp)
+    both = np.array(sorted(pairs), dtype=np.intp)
+    return np.concatenate([np.broadcast_to(np.array(base, dtype=np.intp), (len(both), len(base))), both], axis=1)
+
+
+def _best(equations: NormalEquations, library: Library, move: Move) -> list[Scored]:
+    """Sets of a move by decreasing evidence, at most some of each kind."""
+    if not move.sets.size:
+        return []
+    sets = of_different_names(equations, move.sets)
+    ranked = sorted(scores(equations, library.priors, sets), key=lambda s: -s.log_evidence)
+    kinds: Counter[tuple[Variety, ...]] = Counter()
+    chosen: list[Scored] = []
+    for one in ranked:
+        kind = tuple(sorted((library.candidates[i].variety for i in one.members), key=str))
+        if kinds[kind] < move.of_a_kind:
+            kinds[kind] += 1
+            chosen.append(one)
+        if len(chosen) == move.most:
+            break
+    return chosen

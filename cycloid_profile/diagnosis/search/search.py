@@ -1,0 +1,206 @@
+"""Search for the set of effects that explains the files: proposals about an optimum, exact fits, a beam of best sets.
+
+Curves are searched on a subsample of rows first, then on all rows from the leading sets.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from cycloid_profile.arrays import FloatArray
+from cycloid_profile.diagnosis import _tuned as tuned
+from cycloid_profile.diagnosis.model.candidate import Candidate
+from cycloid_profile.diagnosis.model.evidence import estimate
+from cycloid_profile.diagnosis.model.exact_model import ExactModel
+from cycloid_profile.diagnosis.model.library import Library
+from cycloid_profile.diagnosis.model.normal_equations import NormalEquations, normal_equations
+from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
+from cycloid_profile.diagnosis.search.lobe_index import offsets_about, with_offsets
+from cycloid_profile.diagnosis.search.proposals import Proposal, linear_proposals
+from cycloid_profile.diagnosis.search.seam import offsets_by_seams
+from cycloid_profile.diagnosis.search.second_order import second_order, second_order_with_first
+from cycloid_profile.diagnosis.search.starts import both_signs, unpromising
+from cycloid_profile.diagnosis.search.subsampling import smallest_subsample
+from cycloid_profile.diagnosis.search.symmetric_parts import on_other_parts
+from cycloid_profile.diagnosis.search.waves import alternative_waves, refitted, waves_left
+from cycloid_profile.measurement import HYSTERESIS
+
+Key = tuple[frozenset[Candidate], tuple[int, ...]]
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """The optimum of a set with the lobe index of each file raised by ``offsets``."""
+
+    optimum: Optimum
+    offsets: tuple[int, ...]
+
+    @property
+    def key(self) -> Key:
+        """Members and lobe indices, compared by value."""
+        return frozenset(self.optimum.members), self.offsets
+
+    @property
+    def evidence(self) -> float:
+        """Log evidence; equal ones keep the order of discovery."""
+        return round(self.optimum.log_evidence, 1)
+
+
+@dataclass(frozen=True, eq=False)
+class SearchResult:
+    """Best set, the equations linearised about it and referred to zero, and all fitted sets by decreasing evidence.
+
+    ``model`` has the lobe index of the best set. ``limited``: the search stopped at its limit, not at its end.
+    """
+
+    best: Optimum
+    model: ExactModel
+    library: Library
+    equations: NormalEquations
+    fitted: tuple[Optimum, ...]
+    limited: bool
+
+    def start(self, members: Sequence[Candidate]) -> FloatArray:
+        """Start of another set, from the equations about the best."""
+        return estimate(self.equations, self.library.places(members))[0]
+
+
+def search_effects(
+    model: ExactModel, candidates: Sequence[Candidate], gain: float, progress: Callable[[str], None]
+) -> SearchResult:
+    """Best set of ``candidates`` and of the chatter that the files show; ``gain`` of chi² by the best single effect."""
+    frequencies = max((r.rows.size for r in model.recordings if r.kind is not HYSTERESIS), default=2)
+    library = Library(tuple(candidates), frequencies)
+    few = smallest_subsample(model, gain)
+    stage = _Stage(few, library, progress)
+    stage.explore([empty_fit(few)], tuned.EXPANSIONS)
+    if few is not model:
+        progress(f"fitting all rows, {len(stage.leading)} sets")
+        whole = _Stage(model, stage.library, progress)
+        whole.explore([empty_fit(model)], 0)
+        whole.fit(Proposal(one.optimum.members, one.optimum.u, one.offsets) for one in stage.leading)
+        whole.explore([], tuned.EXPANSIONS // 2)
+        stage = whole
+    best = stage.leading[0]
+    found = stage.model(best.offsets)
+    library = stage.library.with_more(alternative_waves(found, best.optimum))
+    fitted = tuple(one.optimum for one in stage.ranked if one.offsets == best.offsets)
+    return SearchResult(
+        best.optimum, found, library, equations_about(found, library, best.optimum), fitted, stage.limited
+    )
+
+
+def empty_fit(model: ExactModel) -> Fit:
+    """The model without effects."""
+    none, state = np.zeros(0), model.baseline
+    rows = sum(block.z.size for block in state.blocks)
+    empty = Optimum((), none, np.zeros((0, 0)), np.zeros((0, 0)), state.chi2, state.misfit, rows, 0.0, True)
+    return Fit(empty, (0,) * len(model.recordings))
+
+
+def equations_about(model: ExactModel, library: Library, optimum: Optimum) -> NormalEquations:
+    """Equations of the library, linearised about an optimum and referred to zero."""
+    equations = normal_equations(model.at(optimum).blocks, library.candidates)
+    return equations.about(library.places(optimum.members), optimum.u)
+
+
+class _Stage:
+    """All fits on one set of rows. ``limited``: neighbours of a leading set were left out."""
+
+    def __init__(self, model: ExactModel, library: Library, progress: Callable[[str], None]) -> None:
+        self.library, self.progress, self.limited = library, progress, False
+        self._models = {(0,) * len(model.recordings): model}
+        self._first = model
+        self._fits: dict[Key, Fit] = {}
+        self._tried: set[tuple[Key, bytes]] = set()
+
+    @property
+    def ranked(self) -> list[Fit]:
+        """All fits by decreasing evidence."""
+        return sorted(self._fits.values(), key=lambda one: -one.evidence)
+
+    @property
+    def leading(self) -> list[Fit]:
+        """The beam: the best sets that are not far below the best."""
+        ranked = self.ranked
+        return [one for one in ranked[: tuned.BEAM] if one.evidence > self._least or not one.optimum.members]
+
+    @property
+    def _least(self) -> float:
+        """Evidence below which a set is not pursued: linear equations of scans are exact, those of curves are not."""
+        best = self.ranked[0].evidence
+        return best - max(tuned.OPEN, 0.0 if self._first.only_scans else tuned.LINEAR_ERROR * best)
+
+    def model(self, offsets: tuple[int, ...]) -> ExactModel:
+        """The model with these lobe indices."""
+        if offsets not in self._models:
+            self._models[offsets] = with_offsets(self._first, offsets)
+        return self._models[offsets]
+
+    def explore(self, first: Sequence[Fit], most: int) -> None:
+        """Fit the neighbours of the leading sets, until all of them are done or ``most`` were."""
+        for one in first:
+            self._fits.setdefault(one.key, one)
+        done: set[Key] = set()
+        while fresh := [one for one in self.leading if one.key not in done]:
+            if len(done) >= most:
+                self.limited = most > 0
+                break
+            done.add(fresh[0].key)
+            names = " + ".join(sorted(member.name for member in fresh[0].optimum.members)) or "no effect"
+            self.progress(f"neighbours of {names} ({len(done)} of at most {most})")
+            self.fit(self._neighbours(fresh[0]))
+
+    def fit(self, proposals: Iterable[Proposal]) -> None:
+        """Fit proposals that were not tried, and keep the plausible ones."""
+        for one in proposals:
+            key = frozenset(one.members), one.offsets
+            start = np.sign(np.round(one.start, 1)).tobytes()
+            if (key, start) in self._tried or len(key[0]) < len(one.members) or one.promised < self._least:
+                continue
+            self._tried.add((key, start))
+            beat = self.ranked[0].optimum.misfit
+            attempt = Attempt(one.members, one.start, beat=beat)
+            optimum = self.model(one.offsets).optimum(attempt, self.library.prior(one.members))
+            known = self._fits.get(key)
+            if optimum is None or optimum.implausible:
+                continue
+            if known is None or optimum.log_evidence > known.optimum.log_evidence:
+                self._fits[key] = Fit(optimum, one.offsets)
+
+    def _neighbours(self, fit: Fit) -> list[Proposal]:
+        """Sets to fit about an optimum."""
+        model, optimum = self.model(fit.offsets), fit.optimum
+        waved = refitted(model, optimum)
+        self.library = self.library.with_more([*waves_left(model, optimum), *waved])
+        equations = equations_about(model, self.library, optimum)
+        found = linear_proposals(equations, self.library, optimum, fit.offsets)
+        if not optimum.members:
+            found += list(both_signs(found))
+            found += list(unpromising(self.library, fit.offsets, {m.name for one in found for m in one.members}))
+            starts = [*second_order(model, self.library), *second_order_with_first(model, self.library)]
+            return [*found, *(Proposal(self.library.members(i), u, fit.offsets) for i, u in starts)]
+        if set(waved) != set(optimum.members):
+            found.append(Proposal(waved, optimum.u, fit.offsets))
+        found += [Proposal(one.members, one.u, fit.offsets) for _, one in optimum.rotated_by_180()]
+        if not model.only_scans:
+            reducer = model.reducer
+            moved = on_other_parts(self.library, optimum, reducer.discs, reducer.cranks)
+            found += [Proposal(self.library.members(i), u, fit.offsets) for i, u in moved]
+        return [*found, *self._reindexed(model, fit)]
+
+    def _reindexed(self, model: ExactModel, fit: Fit) -> list[Proposal]:
+        """The set, and the set rotated by 180°, with the lobe index that suits it best."""
+        found = []
+        lobes = model.reducer.case.drive.trochoid.lobes
+        for one in (fit.optimum, *(other for _, other in fit.optimum.rotated_by_180())):
+            if model.state(one.members, one.u) is None:
+                continue
+            for more in (offsets_about(model, self.library, one), offsets_by_seams(model, one)):
+                if any(more):
+                    offsets = tuple((a + b) % lobes for a, b in zip(fit.offsets, more, strict=True))
+                    found.append(Proposal(one.members, one.u, offsets))
+        return found
