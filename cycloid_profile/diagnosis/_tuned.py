@@ -7,6 +7,7 @@ BODY_OF_ELASTIC_DISC = 0.15  # of the approach: meshes, holes and pillars left o
 BEARING_STIFFNESS = 0.2  # of the bearing's stiffness: catalogue values scatter by as much
 ORDER_ACCURACY = 1.0  # times the accuracy of the file, for each order of the mesh
 FORM = 0.03  # of an effect, for each slow modulation of its pattern
+SCALE = 0.005  # of the size of an effect: two solvers of one law differ by as much
 REVERSAL = 0.5  # of an effect just after a reversal, where friction slips in many forms
 
 # Search.
@@ -15,4 +16,5 @@ EXCHANGES = 3  # kinds of sets with one effect exchanged, fitted for each member
 BEAM = 6  # best sets whose neighbours are fitted
 EXPANSIONS = 14  # sets whose neighbours are fitted at most, on few rows; half as many on all rows
 OPEN = 12.0  # of the evidence on all rows: sets this much worse than the best are not pursued
-LINEAR_ERROR = 0.1  # of the evidence: the same for curves, whose linear equations err
+LINEAR_ERROR = 0.05  # of the evidence: the same for curves, whose linear equations err
+FINITE = 12  # single effects fitted from a finite size

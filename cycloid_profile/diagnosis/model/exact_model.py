@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray
+from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.data.recording import Recording
 from cycloid_profile.diagnosis.model.candidate import Candidate
 from cycloid_profile.diagnosis.model.evidence import log_evidence_at
@@ -230,7 +231,7 @@ class ExactModel:
         return Optimum(members, u, covariance, R, now.chi2, now.misfit + float(u @ u), rows, value, converged)
 
     def with_residual_noise(self, optimum: Optimum) -> Optimum:
-        """The optimum with covariances scaled by the residual variance of each file.
+        """The optimum with covariances scaled by the residual variance of each file, and the error of scale.
 
         The noise estimate made before any fit has a large scatter on few rows.
         """
@@ -239,7 +240,12 @@ class ExactModel:
         blocks = self.at(optimum).blocks
         parts = normal_equations(blocks, optimum.members).parts
         R = sum(part.R * (block.z.size / block.chi2) for part, block in zip(parts, blocks, strict=True))
-        return replace(optimum, covariance=np.asarray(np.linalg.inv(np.eye(optimum.u.size) + R), dtype=np.float64))
+        covariance = np.asarray(np.linalg.inv(np.eye(optimum.u.size) + R), dtype=np.float64)
+        # The effect of the model may be larger or smaller than that of nature by some share.
+        covariance += (
+            tuned.SCALE**2 * np.outer(optimum.u, optimum.u) * np.kron(np.eye(len(optimum.members)), np.ones((2, 2)))
+        )
+        return replace(optimum, covariance=covariance)
 
     def _line_search(
         self, members: tuple[Candidate, ...], u: FloatArray, step: FloatArray, now: State, farthest: float

@@ -12,7 +12,7 @@ import numpy as np
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.diagnosis import _tuned as tuned
-from cycloid_profile.diagnosis.model.candidate import Candidate
+from cycloid_profile.diagnosis.model.candidate import Candidate, Variety
 from cycloid_profile.diagnosis.model.evidence import estimate
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
 from cycloid_profile.diagnosis.model.library import Library
@@ -22,7 +22,7 @@ from cycloid_profile.diagnosis.search.lobe_index import offsets_about, with_offs
 from cycloid_profile.diagnosis.search.proposals import Proposal, linear_proposals
 from cycloid_profile.diagnosis.search.seam import offsets_by_seams
 from cycloid_profile.diagnosis.search.second_order import second_order, second_order_with_first
-from cycloid_profile.diagnosis.search.starts import both_signs, unpromising
+from cycloid_profile.diagnosis.search.starts import of_finite_size
 from cycloid_profile.diagnosis.search.subsampling import smallest_subsample
 from cycloid_profile.diagnosis.search.symmetric_parts import on_other_parts
 from cycloid_profile.diagnosis.search.waves import alternative_waves, refitted, waves_left
@@ -42,6 +42,15 @@ class Fit:
     def key(self) -> Key:
         """Members and lobe indices, compared by value."""
         return frozenset(self.optimum.members), self.offsets
+
+    @property
+    def kind(self) -> tuple[tuple[Variety, ...], tuple[int, ...]]:
+        """What the members are, whatever their places, with the lobe indices."""
+        return tuple(sorted((member.variety for member in self.optimum.members), key=str)), self.offsets
+
+    def adds_nothing_to(self, other: Fit) -> bool:
+        """Whether this set has the members of another and more, for hardly more evidence."""
+        return self.key[0] > other.key[0] and self.evidence < other.evidence + tuned.OPEN
 
     @property
     def evidence(self) -> float:
@@ -76,13 +85,14 @@ def search_effects(
     library = Library(tuple(candidates), frequencies)
     few = smallest_subsample(model, gain)
     stage = _Stage(few, library, progress)
-    stage.explore([empty_fit(few)], tuned.EXPANSIONS)
+    stage.keep(empty_fit(few))
+    stage.explore(tuned.EXPANSIONS)
     if few is not model:
         progress(f"fitting all rows, {len(stage.leading)} sets")
         whole = _Stage(model, stage.library, progress)
-        whole.explore([empty_fit(model)], 0)
+        whole.keep(empty_fit(model))
         whole.fit(Proposal(one.optimum.members, one.optimum.u, one.offsets) for one in stage.leading)
-        whole.explore([], tuned.EXPANSIONS // 2)
+        whole.explore(tuned.EXPANSIONS // 2)
         stage = whole
     best = stage.leading[0]
     found = stage.model(best.offsets)
@@ -126,7 +136,13 @@ class _Stage:
     def leading(self) -> list[Fit]:
         """The beam: the best sets that are not far below the best."""
         ranked = self.ranked
-        return [one for one in ranked[: tuned.BEAM] if one.evidence > self._least or not one.optimum.members]
+        chosen: list[Fit] = []
+        for one in ranked:
+            # The same effects elsewhere, and more effects that gain nothing, would fill the beam with one idea.
+            known = any(one.kind == c.kind or one.adds_nothing_to(c) for c in chosen)
+            if len(chosen) < tuned.BEAM and not known and one.evidence > self._least:
+                chosen.append(one)
+        return chosen
 
     @property
     def _least(self) -> float:
@@ -140,10 +156,12 @@ class _Stage:
             self._models[offsets] = with_offsets(self._first, offsets)
         return self._models[offsets]
 
-    def explore(self, first: Sequence[Fit], most: int) -> None:
+    def keep(self, fit: Fit) -> None:
+        """Add a known fit."""
+        self._fits[fit.key] = fit
+
+    def explore(self, most: int) -> None:
         """Fit the neighbours of the leading sets, until all of them are done or ``most`` were."""
-        for one in first:
-            self._fits.setdefault(one.key, one)
         done: set[Key] = set()
         while fresh := [one for one in self.leading if one.key not in done]:
             if len(done) >= most:
@@ -179,8 +197,7 @@ class _Stage:
         equations = equations_about(model, self.library, optimum)
         found = linear_proposals(equations, self.library, optimum, fit.offsets)
         if not optimum.members:
-            found += list(both_signs(found))
-            found += list(unpromising(self.library, fit.offsets, {m.name for one in found for m in one.members}))
+            found = [*of_finite_size(model, self.library, equations, fit.offsets), *found]
             starts = [*second_order(model, self.library), *second_order_with_first(model, self.library)]
             return [*found, *(Proposal(self.library.members(i), u, fit.offsets) for i, u in starts)]
         if set(waved) != set(optimum.members):

@@ -1,29 +1,68 @@
-"""Starts that linear equations cannot propose: the other sign, half a turn, other parts, effects of second order."""
+"""Single effects of finite size: near zero the response of a lightly loaded reducer may even have the other sign."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
+from cycloid_profile.arrays import FloatArray
+from cycloid_profile.diagnosis import _tuned as tuned
+from cycloid_profile.diagnosis.model.candidate import Candidate, Variety
+from cycloid_profile.diagnosis.model.exact_model import ExactModel
 from cycloid_profile.diagnosis.model.library import Library
+from cycloid_profile.diagnosis.model.normal_equations import NormalEquations
 from cycloid_profile.diagnosis.search.proposals import Proposal
+from cycloid_profile.diagnosis.search.second_order import change_of_predictions, chi2_reduction
 
 _SIZE = 0.5  # prior widths
+_FEW = 12  # locations of one effect that are all tried
+_LEAST, _MOST = 0.1, 5.0  # times this size: range of the starts
 
 
-def both_signs(proposals: list[Proposal]) -> Iterator[Proposal]:
-    """Single effects without direction, from either side of zero where both exist."""
-    for one in proposals:
-        if len(one.members) == 1 and one.members[0].angle is None and not one.members[0].one_sided:
-            sign = -1.0 if one.start[0] > 0.0 else 1.0
-            yield replace(one, start=np.array([sign * _SIZE, 0.0]))
+def of_finite_size(
+    model: ExactModel, library: Library, equations: NormalEquations, offsets: tuple[int, ...]
+) -> list[Proposal]:
+    """Single effects that explain most by a multiple of their response at half a prior width, best first."""
+    if model.only_scans:
+        return []
+    found = sorted(_responses(model, _of_each_variety(library, equations), offsets), key=lambda one: -one[0])
+    names = list(dict.fromkeys(one.members[0].name for _, one in found))[: tuned.BEAM]
+    known = {one.members[0] for _, one in found}
+    places = [
+        library.candidates[i] for name in names for i in library.of_name(name) if len(library.of_name(name)) <= _FEW
+    ]
+    more = ((one, np.array([1.0, 0.0])) for one in places if one not in known and one.angle is None)
+    found = sorted([*found, *_responses(model, more, offsets)], key=lambda one: -one[0])
+    return [proposal for _, proposal in found[: tuned.FINITE]]
 
 
-def unpromising(library: Library, offsets: tuple[int, ...], known: set[str]) -> Iterator[Proposal]:
-    """One start of every effect without direction that linear equations exclude, such as one of negative size."""
-    for name in library.names - known:
-        candidate = library.candidates[library.of_name(name)[0]]
-        if candidate.angle is None:
-            yield Proposal((candidate,), np.array([_SIZE, 0.0]), offsets)
+def _responses(
+    model: ExactModel, tried: Iterable[tuple[Candidate, FloatArray]], offsets: tuple[int, ...]
+) -> Iterator[tuple[float, Proposal]]:
+    """Each candidate in its direction, and against it, with the reduction of chi² by a multiple of its response."""
+    for candidate, direction in tried:
+        for sign in (1.0,) if candidate.one_sided or candidate.angle is not None else (1.0, -1.0):
+            u = sign * _SIZE * direction
+            state = model.state([candidate], u)
+            if state is None:
+                continue
+            column = change_of_predictions(model.baseline, state)[:, np.newaxis]
+            drop, (amount,) = chi2_reduction(model.baseline.blocks, column)
+            if amount > 0.0:
+                yield drop, Proposal((candidate,), np.clip(amount, _LEAST, _MOST) * u, offsets)
+
+
+def _of_each_variety(library: Library, equations: NormalEquations) -> Iterator[tuple[Candidate, FloatArray]]:
+    """The location of each variety that explains most in linear equations, with its direction of unit size."""
+    best: dict[Variety, tuple[float, int, FloatArray]] = {}
+    for i, candidate in enumerate(library.candidates):
+        where = slice(2 * i, 2 * i + 2)
+        u = np.asarray(np.linalg.lstsq(equations.R[where, where], equations.b[where], rcond=1e-9)[0])
+        gain = float(u @ equations.b[where])
+        if gain >= best.get(candidate.variety, (0.0,))[0]:
+            best[candidate.variety] = (gain, i, u)
+    for _, i, u in best.values():
+        candidate = library.candidates[i]
+        straight = candidate.angle is None or not np.any(u)
+        yield candidate, np.array([1.0, 0.0]) if straight else u / float(np.hypot(*u))

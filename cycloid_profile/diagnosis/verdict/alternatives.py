@@ -97,9 +97,8 @@ def _evidence_of(found: SearchResult, members: Sequence[Candidate]) -> float:
     """Log evidence of a set: from the exact model where it was fitted, else linear about the best set."""
     if not members:
         return 0.0
-    wanted = {id(m) for m in members}
     for optimum in found.fitted:
-        if {id(m) for m in optimum.members} == wanted:
+        if set(optimum.members) == set(members):
             return optimum.log_evidence
     best, mine = (
         linear_evidence(found.equations, found.library.priors, found.library.places(some))
@@ -175,7 +174,7 @@ def _swapped(found: SearchResult, member: int, alternatives: Sequence[tuple[int,
     optima = []
     for i, deficit in alternatives:
         members = (*others, found.library.candidates[i])
-        known = [o for o in found.fitted if {id(m) for m in o.members} == {id(m) for m in members} and o.converged]
+        known = [o for o in found.fitted if set(o.members) == set(members) and o.converged]
         # An alternative that fits worse in linear equations is abandoned as soon as it cannot reach the best set.
         beat = math.inf if deficit < DISTINGUISHED else found.best.misfit
         attempt = Attempt(members, found.start(members), steps=_STEPS, beat=beat)
@@ -186,7 +185,7 @@ def _swapped(found: SearchResult, member: int, alternatives: Sequence[tuple[int,
 
 def _member_last(optimum: Optimum, member: Candidate) -> Optimum:
     """The same optimum with ``member`` moved to the last position."""
-    order = sorted(range(len(optimum.members)), key=lambda i: optimum.members[i] is member)
+    order = sorted(range(len(optimum.members)), key=lambda i: optimum.members[i] == member)
     where = coordinates(order)
     return replace(
         optimum,
