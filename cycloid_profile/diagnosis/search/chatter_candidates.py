@@ -16,6 +16,7 @@ from cycloid_profile.diagnosis.model.exact_model import ExactModel, State
 from cycloid_profile.diagnosis.model.library import Library
 from cycloid_profile.diagnosis.model.normal_equations import Whitened, normal_equations
 from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
+from cycloid_profile.diagnosis.model.priors import priors_of
 from cycloid_profile.diagnosis.model.unscanned_waves import AS_GOOD, Peak, UnscannedWaves, unscanned
 from cycloid_profile.diagnosis.search.local_search import Start
 from cycloid_profile.effects import GrindingChatter
@@ -37,6 +38,7 @@ def significant_chatter(model: ExactModel, best: Optimum | None = None) -> list[
     """
     state, members = (model.baseline, ()) if best is None else (model.at(best), best.members)
     known = [c.choice["waves_per_turn"] for c in members if c.kind is GrindingChatter]
+    priors = priors_of(model.reducer)
     # Other files decide whether the remaining discs have the waves of a scan.
     turns, found = not (model.only_scans or model.only_loops), list[Candidate]()
     for block in state.blocks:
@@ -44,7 +46,7 @@ def significant_chatter(model: ExactModel, best: Optimum | None = None) -> list[
             waves = chatter_peaks(block, _residual_after_fit(block, members))
             discs = (block.residuals.recording.disc + 1, None) if turns else (block.residuals.recording.disc + 1,)
             fresh = [n for n in waves if all(abs(n - other) > 1.0 for other in known)]
-            found += [chatter(n, disc) for n in fresh for disc in discs]
+            found += [chatter(n, disc, priors) for n in fresh for disc in discs]
     return found if known else [*found, *_under_pins(model, state, members)]
 
 
@@ -104,7 +106,7 @@ def with_refitted_waves(model: ExactModel, library: Library, best: Optimum) -> t
         waves, disc = float(member.choice["waves_per_turn"]), member.choice.get("disc")
         refitted = waves if state is None else _refitted_waves(state, others, waves, disc)
         if refitted != waves:
-            members[i] = chatter(refitted, disc)
+            members[i] = chatter(refitted, disc, priors_of(model.reducer))
     fresh = [new for new, old in zip(members, best.members, strict=True) if new is not old]
     library = library.with_more(fresh)
     return library, [(library.places(members), best.u)] if fresh else []
@@ -123,7 +125,9 @@ def with_alternative_waves(model: ExactModel, library: Library, best: Optimum) -
         if state is not None:
             peaks = UnscannedWaves(state.blocks, others, disc).strongest()
             known = float(member.choice["waves_per_turn"])
-            library = library.with_more([chatter(p.waves, disc) for p in peaks if abs(p.waves - known) > 1.0])
+            library = library.with_more(
+                [chatter(p.waves, disc, priors_of(model.reducer)) for p in peaks if abs(p.waves - known) > 1.0]
+            )
     return library
 
 
@@ -158,7 +162,9 @@ def _under_pins(model: ExactModel, state: State, members: Sequence[Candidate]) -
         least = max(_LEAST_SHARE * waves.excess, _LEAST_OF_GAP * first)
         peaks += [peak for peak in waves.strongest()[:1] if peak.p_value < PEAK and peak.power > least]
     highest = max((peak.power for peak in peaks), default=0.0)
-    return [chatter(peak.waves, peak.disc) for peak in peaks if peak.power > highest - AS_GOOD]
+    return [
+        chatter(peak.waves, peak.disc, priors_of(model.reducer)) for peak in peaks if peak.power > highest - AS_GOOD
+    ]
 
 
 def _residual_after_fit(block: Whitened, members: Sequence[Candidate]) -> FloatArray:
