@@ -224,8 +224,9 @@ def _contact_compliance(reducer: AsBuiltReducer) -> float:
 def _bearing_compliance(reducer: AsBuiltReducer) -> float:
     """Compliance of each bearing that alone would twist the stage as much as all its parts do [mm/N].
 
-    A compliance c of n bearings a disc at the radius r twists N discs by c/(n N r²); the central eccentric acts at the
-    radius e z_c of the disc's rolling circle.
+    A compliance c of n bearings a disc at the radius r twists N discs by c/(n N r²), as far as they carry the moment
+    alone; the radial force adds two fifths of it on an RV-40E. The central eccentric acts at the radius e z_c of the
+    disc's rolling circle.
     """
     drive = reducer.case.drive
     held, path = drive.support, drive.trochoid
