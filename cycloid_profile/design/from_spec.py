@@ -268,7 +268,7 @@ def reducer_with_effects(spec: Spec, case: LoadCase) -> AsBuiltReducer:
         except SpecError as error:
             raise error.renamed(f"effects[{i + 1}]: {error.what}") from None
     try:
-        return apply_effects(case, effects)
+        return replace(apply_effects(case, effects), quality=spec.quality)
     except GeometryError as error:
         raise SpecError(f"effects: {error.what}", error.value, error.limit, "take smaller effects") from None
 

@@ -8,6 +8,8 @@ from cycloid_profile.diagnosis.model.candidate import candidates as candidates
 from cycloid_profile.diagnosis.model.detection import FALSE_ALARM as FALSE_ALARM
 from cycloid_profile.diagnosis.model.detection import Detection as Detection
 from cycloid_profile.diagnosis.model.detection import Finding as Finding
+from cycloid_profile.diagnosis.model.priors import Priors as Priors
+from cycloid_profile.diagnosis.model.priors import priors_of as priors_of
 from cycloid_profile.diagnosis.model.residuals import Residuals as Residuals
 from cycloid_profile.diagnosis.model.residuals import nuisance_fitted as nuisance_fitted
 from cycloid_profile.diagnosis.planning.plan import Detectability as Detectability

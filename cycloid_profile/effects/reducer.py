@@ -12,6 +12,7 @@ from cycloid_profile.contact import LoadCase
 from cycloid_profile.contact.bodies import PartDeviations, softened_support
 from cycloid_profile.effects.series import SeriesTwist, transmitted_torque
 from cycloid_profile.geometry import Cranks, Drive, ToothProfile
+from cycloid_profile.spec.model import Quality
 from cycloid_profile.units import ARCMIN, NEWTON_METRE
 
 
@@ -26,7 +27,7 @@ class AsBuiltReducer(Described):
     Friction against motion, as a torque on the output: ``coulomb_torque`` with its ``friction_spread`` [N·mm], and
     ``proportional_friction`` times the torque. ``encoder``, eccentricity of the angle encoder as an angle amplitude,
     see ``encoder_error`` [rad]. ``input_error``, amplitude of the angle by which the input is ahead of its reading,
-    once per turn of the input [rad].
+    once per turn of the input [rad]. ``quality`` of manufacture, None where the spec leaves it to the material.
     """
 
     case: LoadCase
@@ -44,6 +45,7 @@ class AsBuiltReducer(Described):
     proportional_friction: float = 0.0
     encoder: complex = 0j
     input_error: complex = 0j
+    quality: Quality | None = None
 
     @property
     def discs(self) -> int:

@@ -21,6 +21,7 @@ from cycloid_profile.correction import Correction
 from cycloid_profile.diagnosis import NamedEffect
 from cycloid_profile.diagnosis.data.recording import record
 from cycloid_profile.diagnosis.model.candidate import NOT_YET_PROPOSED, candidate_of
+from cycloid_profile.diagnosis.model.priors import priors_of
 from cycloid_profile.effects import AsBuiltReducer, Effect, as_drawn, effect_from_table, effect_to_table
 from cycloid_profile.geometry import Cranks, Drive, InvoluteStage, Trochoid
 from cycloid_profile.measurement import Measurement
@@ -72,10 +73,10 @@ def of_table(values: dict[str, Any]) -> Effect:
 def named(one: Effect, *others: str) -> NamedEffect:
     """The effect as named by a diagnosis, with its exact size; ``others``: rest of its ambiguity group."""
     values = effect_to_table(one)
-    kind = type(one)
-    bare = candidate_of(kind, {"waves_per_turn": 100.0} if kind.name == "grinding_chatter" else {})
+    kind, priors = type(one), priors_of(drawn())
+    bare = candidate_of(kind, {"waves_per_turn": 100.0} if kind.name == "grinding_chatter" else {}, priors)
     own = (bare.size, bare.angle, "name")
-    candidate = candidate_of(kind, {key: value for key, value in values.items() if key not in own})
+    candidate = candidate_of(kind, {key: value for key, value in values.items() if key not in own}, priors)
     size = values[candidate.size]
     turn = 0.0 if candidate.angle is None else math.radians(candidate.waves * values.get(candidate.angle, 0.0))
     x = np.array([size * math.cos(turn), size * math.sin(turn)])

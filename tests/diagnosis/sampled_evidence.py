@@ -32,6 +32,7 @@ from cycloid_profile.diagnosis.model.library import Library
 from cycloid_profile.diagnosis.model.lobe_index import index_lobes
 from cycloid_profile.diagnosis.model.normal_equations import normal_equations
 from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
+from cycloid_profile.diagnosis.model.priors import priors_of
 from cycloid_profile.diagnosis.search.local_search import equations_about
 from cycloid_profile.diagnosis.search.subsampling import subsample
 from cycloid_profile.measurement import PROFILE_SCAN, parse_measurement
@@ -93,7 +94,9 @@ class Posed:
         flank_grid = FlankGrid(reducer)
         residuals = index_lobes(reducer, [Residuals(r, reducer, flank_grid) for r in ready], listed, flank_grid)
         listed += [
-            chatter(one["waves_per_turn"], one.number("disc")) for one in self.truth if one.name == "grinding_chatter"
+            chatter(one["waves_per_turn"], one.number("disc"), priors_of(reducer))
+            for one in self.truth
+            if one.name == "grinding_chatter"
         ]
         self.library = Library(tuple(listed), max((r.rows.size for r in ready if r.kind is PROFILE_SCAN), default=2))
         self.model = ExactModel(reducer, [subsampled(one.recording, question.rows) for one in residuals], flank_grid)

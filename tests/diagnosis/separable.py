@@ -22,6 +22,7 @@ from cycloid_profile.diagnosis.model.candidate import Candidate, candidates, cha
 from cycloid_profile.diagnosis.model.evidence import ALIAS
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
 from cycloid_profile.diagnosis.model.normal_equations import NormalEquations, coordinates, normal_equations
+from cycloid_profile.diagnosis.model.priors import priors_of
 from cycloid_profile.measurement import PROFILE_SCAN, parse_measurement
 from cycloid_profile.spec import parse_spec
 from tests.diagnosis.blind import Hidden, Reducer, spec_text
@@ -102,7 +103,8 @@ def seen(hidden: Sequence[Hidden], files: Sequence[str], settings: Mapping[str, 
     library = list(candidates(model.reducer, scanned, any(r.kind.is_curve for r in model.recordings)))
     own = []
     for one in hidden:
-        candidate = chatter(one["waves_per_turn"], one.number("disc")) if one.name == "grinding_chatter" else None
+        wave = one.name == "grinding_chatter"
+        candidate = chatter(one["waves_per_turn"], one.number("disc"), priors_of(model.reducer)) if wave else None
         if candidate is not None:
             library.append(candidate)
         own.append(_place(library, one) if candidate is None else len(library) - 1)

@@ -20,6 +20,7 @@ from cycloid_profile.diagnosis.model.chatter_spectrum import (
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
 from cycloid_profile.diagnosis.model.library import Library
 from cycloid_profile.diagnosis.model.normal_equations import Whitened
+from cycloid_profile.diagnosis.model.priors import priors_of
 from cycloid_profile.diagnosis.search.chatter_candidates import significant_chatter
 from cycloid_profile.measurement import parse_measurement
 from cycloid_profile.spec import parse_spec
@@ -53,7 +54,8 @@ def test_a_wave_is_significant_in_the_spectrum(block):
 
 def test_waves_on_all_discs_are_a_candidate():
     """Without a candidate on all discs, the share of the others received another name after a minute of search."""
-    own, all_discs = chatter(500.0, 1), chatter(500.0, None)
+    priors = priors_of(as_built_reducer(parse_spec(spec_text(Reducer()))))
+    own, all_discs = chatter(500.0, 1, priors), chatter(500.0, None, priors)
     library = Library((own, all_discs), 2)
     assert library.where(own.name, {**own.choice, "disc": None}) is all_discs
     assert "disc" not in all_discs.parameters([1.0, 0.0])

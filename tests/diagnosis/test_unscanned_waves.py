@@ -17,6 +17,7 @@ from cycloid_profile.diagnosis.model.exact_model import ExactModel
 from cycloid_profile.diagnosis.model.library import Library
 from cycloid_profile.diagnosis.model.normal_equations import Whitened, normal_equations
 from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
+from cycloid_profile.diagnosis.model.priors import priors_of
 from cycloid_profile.diagnosis.model.unscanned_waves import UnscannedWaves, unscanned
 from cycloid_profile.diagnosis.search.chatter_candidates import significant_chatter, with_waves_given_others
 from cycloid_profile.effects import AsBuiltReducer, CumulativePitchError, Effect, GrindingChatter, PinCircleRadiusError
@@ -84,7 +85,8 @@ def test_power_is_the_fall_of_chi2_by_the_shape_of_the_effect(drawn, chattering,
     recordings = [replace(r, noise=Coloured(r.noise.sigma, rho)) for r in chattering.recordings]
     blocks = chattering.with_held_out(recordings).baseline.blocks
     ring = next(c for c in candidates(drawn, frozenset(), True) if c.name == "pin_ring_oval")
-    expected = fall(blocks, [b.columns([ring]) for b in blocks], [b.columns([chatter(waves, disc)]) for b in blocks])
+    wave = chatter(waves, disc, priors_of(drawn))
+    expected = fall(blocks, [b.columns([ring]) for b in blocks], [b.columns([wave]) for b in blocks])
     found = UnscannedWaves(blocks, [ring], disc).power(waves + np.array([0.0, 0.5]))
     # Candidate columns are interpolated on a grid, to some thousandths.
     assert found[0] == pytest.approx(expected, rel=5e-3)
@@ -188,7 +190,7 @@ def test_other_effects_are_tried_with_a_wave(drawn):
 
     right, wrong = fitted("pin_circle_radius_error"), fitted("generating_eccentricity_error")
     assert with_waves_given_others(model, library, wrong, [right]) == (library, [])
-    with_wave = fitted("generating_eccentricity_error", chatter(480.0, 2))
+    with_wave = fitted("generating_eccentricity_error", chatter(480.0, 2, priors_of(drawn)))
     larger, starts = with_waves_given_others(model, library, with_wave, [wrong, right])
     (beside,) = {tuple(larger.candidates[i].name for i in members) for members, _ in starts}
     assert beside == ("pin_circle_radius_error", "grinding_chatter")

@@ -21,6 +21,7 @@ from cycloid_profile.diagnosis import (
     Residuals,
     candidate_of,
     nuisance_fitted,
+    priors_of,
     record,
 )
 from cycloid_profile.effects import EFFECTS
@@ -44,7 +45,7 @@ UNITS = {"profile_scan": "µm", "hysteresis": "′", "transmission_error": "″"
 def _found() -> Diagnosis:
     """One file of each kind of a reducer whose discs are out of index."""
     reducer = as_built_reducer(parse_spec(PLAIN))
-    candidate = candidate_of(EFFECTS["cumulative_pitch_error"], {"disc": 1})
+    candidate = candidate_of(EFFECTS["cumulative_pitch_error"], {"disc": 1}, priors_of(reducer))
     named = NamedEffect(candidate, np.array([3.0, 1.0]), 1e-4 * np.eye(2), ("cumulative_pitch_error",), None, 36.2)
     corrected = named.effect.apply(reducer)
     rng = np.random.default_rng(1)

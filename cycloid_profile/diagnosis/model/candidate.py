@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray
+from cycloid_profile.diagnosis.model.priors import Priors, priors_of
 from cycloid_profile.effects import (
     EFFECTS,
     AsBuiltReducer,
@@ -30,10 +31,6 @@ from cycloid_profile.effects import (
 )
 from cycloid_profile.errors import CycloidError
 
-# Prior of a size: normal distribution with twice the manufacturing tolerance as standard deviation, cut off at 3.5 of
-# these.
-_WIDTH_OF_TOLERANCE = 2.0
-_LEAST_WIDTH_UM = 1.5  # a precise drive may have an error beyond its small tolerance
 IMPLAUSIBLE = 3.5  # prior widths: one of 2,000 normal sizes is larger
 # Simulated, toleranced and, on the flanks, corrected, but not yet proposed: the search, its thresholds and the blind
 # cases were validated without them (docs/diagnosis.md, "Limits").
@@ -167,29 +164,26 @@ def candidates(reducer: AsBuiltReducer, scanned: frozenset[int], curves: bool) -
     together, and all other effects. Chatter is not listed: the spectrum proposes its waves.
     """
     found: list[Candidate] = []
+    priors = priors_of(reducer)
     for kind in EFFECTS.values():
         if kind.name in _NOT_LISTED or (kind.location is not EffectLocation.FLANK and not curves):
             continue
         for choice in _choices(kind, reducer, scanned, curves):
-            candidate = candidate_of(kind, choice)
+            candidate = candidate_of(kind, choice, priors)
             if _exists(candidate, reducer):
                 found.append(candidate)
     return tuple(found)
 
 
-def candidate_of(kind: type[Effect], choice: Mapping[str, Any]) -> Candidate:
-    """Hypothesis of one effect with its parts chosen."""
+def candidate_of(kind: type[Effect], choice: Mapping[str, Any], priors: Priors) -> Candidate:
+    """Hypothesis of one effect with its parts chosen, its width from the ``priors`` of the reducer."""
     axes = coordinates(kind, frozenset(choice))
     size = axes.size
-    tolerance = float(size.tolerance or 0.0)
-    width = _WIDTH_OF_TOLERANCE * (1.0 / tolerance if axes.reciprocal else tolerance)
-    if size.name.endswith("_um"):
-        width = max(width, _LEAST_WIDTH_UM)
     return Candidate(
         kind=kind,
         size=size.name,
         angle=None if axes.angle is None else axes.angle.name,
-        width=width,
+        width=priors.width(kind, size, axes.reciprocal),
         one_sided=axes.angle is None and size.low >= 0.0,
         inverse=axes.reciprocal,
         choice=dict(choice),
@@ -201,9 +195,9 @@ def places(library: Iterable[Candidate]) -> Counter[str]:
     return Counter(candidate.name for candidate in library)
 
 
-def chatter(waves: float, disc: int | None) -> Candidate:
+def chatter(waves: float, disc: int | None, priors: Priors) -> Candidate:
     """Chatter with a number of waves per turn on a disc, counted from 1; None for all discs."""
-    return candidate_of(EFFECTS["grinding_chatter"], {"waves_per_turn": waves, "disc": disc})
+    return candidate_of(EFFECTS["grinding_chatter"], {"waves_per_turn": waves, "disc": disc}, priors)
 
 
 def _choices(

@@ -12,6 +12,7 @@ from cycloid_profile.diagnosis.model.chatter_spectrum import PEAK, chatter_peaks
 from cycloid_profile.diagnosis.model.exact_model import ExactModel, State
 from cycloid_profile.diagnosis.model.normal_equations import Whitened
 from cycloid_profile.diagnosis.model.optimum import Optimum
+from cycloid_profile.diagnosis.model.priors import priors_of
 from cycloid_profile.diagnosis.model.unscanned_waves import AS_GOOD, Peak, UnscannedWaves, unscanned
 from cycloid_profile.effects import GrindingChatter
 from cycloid_profile.measurement import PROFILE_SCAN
@@ -27,12 +28,13 @@ def waves_left(model: ExactModel, optimum: Optimum) -> list[Candidate]:
     known = [float(c.choice["waves_per_turn"]) for c in members if c.kind is GrindingChatter]
     # Other files decide whether the remaining discs have the waves of a scan.
     turns, found = not (model.only_scans or model.only_loops), list[Candidate]()
+    priors = priors_of(model.reducer)
     for block in state.blocks:
         if block.residuals.recording.kind is PROFILE_SCAN:
             disc = block.residuals.recording.disc + 1
             waves = chatter_peaks(block, _residual_after_fit(block, members))
             fresh = [n for n in waves if all(abs(n - other) > 1.0 for other in known)]
-            found += [chatter(n, one) for n in fresh for one in ((disc, None) if turns else (disc,))]
+            found += [chatter(n, one, priors) for n in fresh for one in ((disc, None) if turns else (disc,))]
     return found if known else [*found, *_under_pins(state, members)]
 
 
@@ -44,7 +46,7 @@ def refitted(model: ExactModel, optimum: Optimum) -> tuple[Candidate, ...]:
             others, state = _state_without(model, optimum, i)
             if state is not None:
                 waves, disc = float(member.choice["waves_per_turn"]), member.choice.get("disc")
-                members[i] = chatter(_refitted_waves(state, others, waves, disc), disc)
+                members[i] = chatter(_refitted_waves(state, others, waves, disc), disc, priors_of(model.reducer))
     return tuple(members)
 
 
@@ -53,7 +55,7 @@ def alternative_waves(model: ExactModel, optimum: Optimum) -> list[Candidate]:
 
     Pins are nearly one lobe apart, so waves that differ by one per lobe look nearly identical.
     """
-    found = []
+    found, priors = list[Candidate](), priors_of(model.reducer)
     for i, member in enumerate(optimum.members):
         disc, hidden = member.choice.get("disc"), unscanned(model.baseline.blocks)
         scanned = len(hidden) < model.reducer.discs if disc is None else disc not in hidden
@@ -61,7 +63,7 @@ def alternative_waves(model: ExactModel, optimum: Optimum) -> list[Candidate]:
         if member.kind is GrindingChatter and not scanned and state is not None:
             known = float(member.choice["waves_per_turn"])
             peaks = UnscannedWaves(state.blocks, others, disc).strongest()
-            found += [chatter(peak.waves, disc) for peak in peaks if abs(peak.waves - known) > 1.0]
+            found += [chatter(peak.waves, disc, priors) for peak in peaks if abs(peak.waves - known) > 1.0]
     return found
 
 
@@ -88,13 +90,13 @@ def _under_pins(state: State, members: Sequence[Candidate]) -> list[Candidate]:
     discs: list[int | None] = [*unscanned(state.blocks)]
     if len(discs) == state.reducer.discs > 1:
         discs.append(None)
-    peaks = list[Peak]()
+    peaks, priors = list[Peak](), priors_of(state.reducer)
     for disc in discs:
         waves = UnscannedWaves(state.blocks, members, disc)
         strongest = waves.strongest()[:1]
         peaks += [peak for peak in strongest if peak.p_value < PEAK and peak.power > _LEAST_SHARE * waves.excess]
     highest = max((peak.power for peak in peaks), default=0.0)
-    return [chatter(peak.waves, peak.disc) for peak in peaks if peak.power > highest - AS_GOOD]
+    return [chatter(peak.waves, peak.disc, priors) for peak in peaks if peak.power > highest - AS_GOOD]
 
 
 def _residual_after_fit(block: Whitened, members: Sequence[Candidate]) -> FloatArray:

@@ -14,6 +14,7 @@ from cycloid_profile.diagnosis.model.candidate import Candidate
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
 from cycloid_profile.diagnosis.model.normal_equations import NormalEquations, coordinates
 from cycloid_profile.diagnosis.model.optimum import Attempt
+from cycloid_profile.diagnosis.model.priors import priors_of
 
 _REPORTED = 3  # a note stays one sentence
 _EXPLAINED = 0.9  # share of the initial residual that an accepted effect must explain
@@ -53,17 +54,17 @@ def nearest(model: ExactModel, equations: NormalEquations) -> tuple[NearestEffec
         if share > best.get(candidate.name, (0.0,))[0]:
             best[candidate.name] = (share, candidate, u)
     ranked = sorted(best.values(), key=lambda found: -found[0])[:_REPORTED]
-    described = []
+    described, quality = [], priors_of(model.reducer).quality
     for place, (share, candidate, u) in enumerate(ranked):
         if place == 0 and _too_large(candidate, u) and not _negative(candidate, u):
             optimum = model.optimum(Attempt((candidate,), u, steps=_STEPS, farthest=_FARTHEST), 0.0)
             if optimum is not None and model.baseline.chi2 - optimum.chi2 > share * gap:
                 u, share = optimum.u, min((model.baseline.chi2 - optimum.chi2) / gap, 1.0)
-        described.append(_nearest_effect(candidate, u, share))
+        described.append(_nearest_effect(candidate, u, share, quality))
     return tuple(described)
 
 
-def _nearest_effect(candidate: Candidate, u: FloatArray, share: float) -> NearestEffect:
+def _nearest_effect(candidate: Candidate, u: FloatArray, share: float, quality: str) -> NearestEffect:
     if _negative(candidate, u):
         return NearestEffect(candidate.name, {}, share, f"{candidate.size} would have to be negative")
     parameters = candidate.parameters(u * candidate.width)
@@ -72,7 +73,7 @@ def _nearest_effect(candidate: Candidate, u: FloatArray, share: float) -> Neares
     if not _too_large(candidate, u):
         return NearestEffect(candidate.name, parameters, share, f"alone, with {size}, it {leaves}")
     largest = abs(candidate.parameters([candidate.implausible, 0.0])[candidate.size])
-    why = f"{size} is {'softer' if candidate.inverse else 'larger'} than plausible ({largest:.3g})"
+    why = f"{size} is {'softer' if candidate.inverse else 'larger'} than a {quality} drive of this size plausibly has ({largest:.3g})"
     enough = share > _EXPLAINED
     return NearestEffect(candidate.name, parameters, share, why if enough else f"{why}, and it {leaves}", enough)
 

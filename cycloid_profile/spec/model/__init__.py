@@ -14,6 +14,7 @@ from cycloid_profile.spec.model.load import MaterialSpec as MaterialSpec
 from cycloid_profile.spec.model.load import MaterialsSpec as MaterialsSpec
 from cycloid_profile.spec.model.modification import EFFECT_NAMES as EFFECT_NAMES
 from cycloid_profile.spec.model.modification import ModificationSpec as ModificationSpec
+from cycloid_profile.spec.model.spec import Quality as Quality
 from cycloid_profile.spec.model.spec import Spec as Spec
 from cycloid_profile.spec.model.tolerance import ReferenceSpec as ReferenceSpec
 from cycloid_profile.spec.model.tolerance import ToleranceSpec as ToleranceSpec

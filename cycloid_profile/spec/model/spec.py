@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import msgspec
 
@@ -17,6 +17,8 @@ from cycloid_profile.spec.model.load import LoadSpec, MaterialsSpec
 from cycloid_profile.spec.model.modification import EFFECT_NAMES, EffectTable, ModificationSpec
 from cycloid_profile.spec.model.tolerance import ReferenceSpec, ToleranceSpec
 
+Quality = Literal["ground", "machined", "printed"]  # of manufacture
+
 
 class Spec(Described, Table, frozen=True, kw_only=True):
     """A whole spec file."""
@@ -25,6 +27,17 @@ class Spec(Described, Table, frozen=True, kw_only=True):
         str,
         key("Name shown in pictures and reports.", "give a short name", max_length=80, pattern=r"^[^\x00-\x1f\x7f]*$"),
     ] = "cycloidal drive"
+    quality: (
+        Annotated[
+            Quality,
+            key(
+                "How teeth, bores and pins are made: scale of the errors that diagnosis expects; absent: printed where "
+                "the disc is a plastic, else ground.",
+                "",
+            ),
+        ]
+        | None
+    ) = None
     drive: DriveSpec
     materials: MaterialsSpec = MaterialsSpec()
     load: LoadSpec = LoadSpec()
