@@ -84,8 +84,13 @@ def form_error(
         torque = recording.measurement["torque_nm"] / float(np.max(np.abs(recording.measurement["torque_nm"])))
         branch, past = _since_reversal(torque)
         t, branch, past = torque[recording.rows], branch[recording.rows], past[recording.rows]
-        after = [tuned.REVERSAL / tuned.FORM * np.exp(-past / decay) for decay in _AFTER_REVERSAL]
-        modulation = np.stack([t, t * t, t**3, branch, branch * t, *after], axis=1)
+        # Elastic effects follow the torque alone; only what depends on the path can err in its path.
+        smooth = np.stack([np.ones_like(t), t, t * t, t**3, np.sign(t), np.abs(t)], axis=1)
+        elastic = smooth @ np.linalg.lstsq(smooth, signature, rcond=None)[0]
+        path = signature - elastic
+        after = [tuned.REVERSAL / tuned.FORM * np.exp(-past / decay) * path for decay in _AFTER_REVERSAL]
+        by_torque = [elastic * t, elastic * t * t, elastic * t**3]
+        return tuned.FORM * np.stack([*by_torque, path * t, path * branch, path * branch * t, *after], axis=1)
     else:
         discs = reducer.discs
         mesh = [k * discs * n * position for n in (trochoid.lobes, trochoid.pins) for k in (1, 2, 3)]

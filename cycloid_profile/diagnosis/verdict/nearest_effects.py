@@ -73,7 +73,8 @@ def _nearest_effect(candidate: Candidate, u: FloatArray, share: float, quality: 
     if not _too_large(candidate, u):
         return NearestEffect(candidate.name, parameters, share, f"alone, with {size}, it {leaves}")
     largest = abs(candidate.parameters([candidate.implausible, 0.0])[candidate.size])
-    why = f"{size} is {'softer' if candidate.inverse else 'larger'} than a {quality} drive of this size plausibly has ({largest:.3g})"
+    than = f"than a {quality} drive of this size plausibly has ({largest:.3g})"
+    why = f"{size} is {'softer' if candidate.inverse else 'larger'} {than}"
     enough = share > _EXPLAINED
     return NearestEffect(candidate.name, parameters, share, why if enough else f"{why}, and it {leaves}", enough)
 
