@@ -140,7 +140,14 @@ class _TermTangent:
     def _path_change(self, after: AsBuiltReducer) -> FloatArray | float:
         """Change of a loop by friction, and by what twists in series and remembers its path, shape (rows,) [rad]."""
         before = self.reducer
-        names = ("coulomb_torque", "friction_spread", "proportional_friction", "further_twists")
+        names = (
+            "coulomb_torque",
+            "friction_spread",
+            "proportional_friction",
+            "breakaway_torque",
+            "breakaway_travel",
+            "further_twists",
+        )
         same = all(getattr(after, name) == getattr(before, name) for name in names)
         if same or self.measurement.kind is not HYSTERESIS:
             return 0.0

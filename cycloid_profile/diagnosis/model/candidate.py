@@ -39,6 +39,7 @@ IMPLAUSIBLE = 3.5  # prior widths: one of 2,000 normal sizes is larger
 NOT_YET_PROPOSED = frozenset({
     "tooth_form_error", "pin_ring_three_lobed", "ring_mounting_ovality", "carrier_bore_error", "common_planet_runout",
     "sun_runout", "input_runout", "nonlinear_series_compliance", "viscoelastic_creep", "elastoslide_friction",
+    "stribeck_friction",
 })  # fmt: skip
 # A displaced pin is an alias of a pin with another radius. The spectrum proposes the waves of chatter.
 ONLY_TOLERANCES = NOT_YET_PROPOSED | {"pin_position_error"}
@@ -105,7 +106,9 @@ class Candidate:
     def label(self) -> str:
         """Name with the choice of parts."""
         parts = ", ".join(
-            f"{key.replace('_', ' ')} {value:g}" for key, value in self.choice.items() if value is not None
+            f"{key.replace('_', ' ')} {value if isinstance(value, str) else f'{value:g}'}"
+            for key, value in self.choice.items()
+            if value is not None
         )
         return f"{self.name} ({parts})" if parts else self.name
 
@@ -219,7 +222,8 @@ def _choices(
         # A candidate on all discs is visible only if every disc was scanned.
         ranges["disc"] = [*([None] if len(scanned) == reducer.discs > 1 else []), *(j + 1 for j in sorted(scanned))]
     known = {p.name: p for p in parameters(kind)}
-    names = [name for name in ranges if name in known]
+    # A removal of both flanks may be on one; the validated library has it on both.
+    names = [name for name in ranges if name in known and not (name == "flank" and known[name].optional)]
     for values in product(*(_sensible(known[name], ranges[name]) for name in names)):
         yield dict(zip(names, values, strict=True))
 
