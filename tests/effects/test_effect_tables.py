@@ -43,7 +43,8 @@ UNITS = {
 # A ratio and a count have no unit.
 PLAIN = {"coefficient", "waves_per_turn"}
 SHAPES = {
-    "exponent", "relaxation_share", "spread", "breakaway_ratio", "travel_share", "load_share", "start_in_lobe", "blend_rad",
+    "exponent", "relaxation_share", "spread", "breakaway_ratio", "travel_share", "load_share", "start_in_lobe",
+    "blend_rad",
 }  # fmt: skip
 PARTS = {"disc", "crank", "planet", "pin", "lobe", "first_lobe", "flank", "form", "waves"}
 # How many there are of each part in an RV-40E; flank and form are choices of two, waves at most twenty.

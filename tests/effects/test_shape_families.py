@@ -220,7 +220,7 @@ def test_wear_follows_a_power_of_pressure_times_sliding(built_with, case, expone
     assert found == pytest.approx(2.0 * UM * depth**exponent, abs=1e-15)
 
 
-def test_more_load_wears_more_of_the_flank(built_with, case) -> None:
+def test_more_load_wears_more_of_the_flank(case) -> None:
     shares = [0.1, 0.5, 1.0, 2.0, 5.0]
     widths = [np.mean(archard_depth(as_drawn(case), load_share=share)[1] > 0.0) for share in shares]
     assert np.all(np.diff(widths) > 0.0)
