@@ -41,6 +41,7 @@ from cycloid_profile.effects.process import SingleToothError as SingleToothError
 from cycloid_profile.effects.process import ThermalGrowth as ThermalGrowth
 from cycloid_profile.effects.process import ToothFormError as ToothFormError
 from cycloid_profile.effects.process import WheelWearDrift as WheelWearDrift
+from cycloid_profile.effects.process import chatter_angle as chatter_angle
 from cycloid_profile.effects.reducer import AsBuiltReducer as AsBuiltReducer
 from cycloid_profile.effects.reducer import as_drawn as as_drawn
 from cycloid_profile.effects.reducer import encoder_error as encoder_error

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cycloid_profile.arrays import FloatArray
 from cycloid_profile.contact import sliding_speed
 from cycloid_profile.contact.disc import Equilibrium
 from cycloid_profile.effects._removals import (
@@ -273,16 +274,26 @@ class GrindingChatter(_OnDiscs):
     constant_speed: str = choice_field("motion of constant speed", "generating", "c_axis", "surface")
 
     def _modified_tooth(self, before: _Disc) -> ToothProfile:
-        by = self._angle(before.tooth.pin_radius)
+        by = _even_in(self.constant_speed, before.tooth.pin_radius)
         length = before.tooth.trochoid.phase_period / (self.waves_per_turn * _fastest(by, before.tooth.trochoid))
         short = length / _POINTS_ON_WAVE if length < _SHORT_WAVE else None
         phase = self.phase_deg * DEGREE - self.waves_per_turn * before.mounting_angle
         return before.with_removal(Wave(self.amplitude_um * UM, self.waves_per_turn, phase, short, by))
 
-    def _angle(self, radius: float) -> AngleAlongDisc:
-        if self.constant_speed == "generating":
-            return GENERATING_ANGLE
-        return PolarAngle(radius) if self.constant_speed == "c_axis" else ArcLength(radius)
+
+def chatter_angle(constant_speed: str, tooth: ToothProfile, phase: FloatArray) -> FloatArray:
+    """Angle along the disc in which chatter is even, 0 at the root of lobe 1, in the shape of ``phase`` [rad].
+
+    ``constant_speed`` as that of ``GrindingChatter``. Raises ``SpecError`` for another word.
+    """
+    GrindingChatter(0.0, 3.0, constant_speed=constant_speed)
+    return _even_in(constant_speed, tooth.pin_radius).derivatives(phase, tooth.trochoid).value
+
+
+def _even_in(constant_speed: str, radius: float) -> AngleAlongDisc:
+    if constant_speed == "generating":
+        return GENERATING_ANGLE
+    return PolarAngle(radius) if constant_speed == "c_axis" else ArcLength(radius)
 
 
 def _fastest(by: AngleAlongDisc, trochoid: Trochoid) -> float:

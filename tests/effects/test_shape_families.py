@@ -17,12 +17,14 @@ from cycloid_profile.effects import (
     EFFECTS,
     apply_effects,
     as_drawn,
+    chatter_angle,
     effect_from_table,
     parameters,
     shape_choices,
     transmitted_torque,
 )
 from cycloid_profile.effects.process import archard_depth
+from cycloid_profile.errors import SpecError
 from cycloid_profile.measurement import HYSTERESIS, Measurement
 from cycloid_profile.rig import LinearisedCurve, hysteresis_loop, predict_curve
 from cycloid_profile.rig.hysteresis import torque_path
@@ -188,6 +190,16 @@ def test_waves_pass_root_and_tip_of_every_lobe_alike(built_with, speed_of: str) 
     roots = 2.0 * math.pi * np.arange(LOBES)
     assert removed(made, roots) == pytest.approx(UM, abs=1e-14)
     assert removed(made, roots + math.pi) == pytest.approx(-UM, abs=1e-14)
+
+
+def test_the_angle_of_chatter_is_known_by_its_motion(case) -> None:
+    phase = np.linspace(-3.0, 3.0, 61)
+    assert chatter_angle("generating", case.profile, phase) == pytest.approx(phase / LOBES, abs=1e-15)
+    assert chatter_angle("c_axis", case.profile, phase) == pytest.approx(-np.angle(tooth_point(phase)), abs=1e-14)
+    turn = np.array([PERIOD, 2.0 * PERIOD])
+    assert chatter_angle("surface", case.profile, turn) == pytest.approx([2.0 * math.pi, 4.0 * math.pi], rel=1e-14)
+    with pytest.raises(SpecError, match="is not a choice"):
+        chatter_angle("clock", case.profile, phase)
 
 
 def test_discs_ground_together_have_waves_in_one_frame(built_with) -> None:
