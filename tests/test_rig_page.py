@@ -9,6 +9,7 @@ import re
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -42,8 +43,12 @@ ROOT = Path(__file__).parents[1]
 RIG_PAGE = ROOT / "docs" / "rig.md"
 EFFECTS_PAGE = ROOT / "docs" / "effects.md"
 DRAWN = "as drawn"
-# Effects that get further rows, for one part only.
-SINGLE: dict[str, tuple[dict[str, int], ...]] = {
+# Effects that get further rows, for one part only or of another shape.
+SINGLE: dict[str, tuple[dict[str, Any], ...]] = {
+    "equidistant_error": ({"flank": 1},),
+    "wheel_wear_drift": ({"start_in_lobe": 0.5},),
+    "grinding_chatter": ({"constant_speed": "c_axis"}, {"constant_speed": "surface"}),
+    "flank_wear": ({"by": "lever"}, {"exponent": 2.0}),
     "disc_runout": ({"disc": 1},),
     "disc_oval": ({"disc": 1},),
     "cumulative_pitch_error": ({"disc": 1},),
@@ -96,7 +101,7 @@ def conventional_case() -> LoadCase:
     return as_built_reducer(msgspec.structs.replace(spec, modification=plain)).case
 
 
-def at_tolerance(case: LoadCase, name: str, parts: dict[str, int]) -> AsBuiltReducer:
+def at_tolerance(case: LoadCase, name: str, parts: dict[str, Any]) -> AsBuiltReducer:
     """The reducer with one effect, its sizes at the manufacturing tolerance, other parameters at their defaults."""
     sizes = {p.name: p.tolerance for p in parameters(EFFECTS[name]) if p.required}
     return apply_effects(case, [effect_from_table({"name": name} | sizes | parts)])
@@ -145,7 +150,7 @@ def drawn_row(case: LoadCase) -> tuple[str, ...]:
 def effect_rows(case: LoadCase, name: str) -> Iterator[tuple[str, ...]]:
     """The rows of one effect."""
     for parts in ({}, *SINGLE.get(name, ())):
-        title = ", ".join([f"`{name}`", *(f"`{part} = {number}`" for part, number in parts.items())])
+        title = ", ".join([f"`{name}`", *(f"`{part} = {number!r}`" for part, number in parts.items())])
         yield (title, *signature(at_tolerance(case, name, parts)))
 
 

@@ -6,6 +6,7 @@ from cycloid_profile.effects.base import EffectLocation as EffectLocation
 from cycloid_profile.effects.base import Parameter as Parameter
 from cycloid_profile.effects.base import coordinates as coordinates
 from cycloid_profile.effects.base import parameters as parameters
+from cycloid_profile.effects.base import shape_choices as shape_choices
 from cycloid_profile.effects.compliance_and_friction import CoulombFriction as CoulombFriction
 from cycloid_profile.effects.compliance_and_friction import CrankBearingCompliance as CrankBearingCompliance
 from cycloid_profile.effects.compliance_and_friction import ElastoslideFriction as ElastoslideFriction
@@ -14,6 +15,7 @@ from cycloid_profile.effects.compliance_and_friction import LoadProportionalFric
 from cycloid_profile.effects.compliance_and_friction import NonlinearSeriesCompliance as NonlinearSeriesCompliance
 from cycloid_profile.effects.compliance_and_friction import PinSupportCompliance as PinSupportCompliance
 from cycloid_profile.effects.compliance_and_friction import SeriesCompliance as SeriesCompliance
+from cycloid_profile.effects.compliance_and_friction import StribeckFriction as StribeckFriction
 from cycloid_profile.effects.compliance_and_friction import ViscoelasticCreep as ViscoelasticCreep
 from cycloid_profile.effects.crank import CarrierBoreError as CarrierBoreError
 from cycloid_profile.effects.crank import CrankBearingClearance as CrankBearingClearance
@@ -39,6 +41,7 @@ from cycloid_profile.effects.process import SingleToothError as SingleToothError
 from cycloid_profile.effects.process import ThermalGrowth as ThermalGrowth
 from cycloid_profile.effects.process import ToothFormError as ToothFormError
 from cycloid_profile.effects.process import WheelWearDrift as WheelWearDrift
+from cycloid_profile.effects.process import chatter_angle as chatter_angle
 from cycloid_profile.effects.reducer import AsBuiltReducer as AsBuiltReducer
 from cycloid_profile.effects.reducer import as_drawn as as_drawn
 from cycloid_profile.effects.reducer import encoder_error as encoder_error

@@ -7,15 +7,19 @@ import math
 import re
 from collections.abc import Mapping
 from enum import Enum
+from itertools import product
+from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.effects.reducer import AsBuiltReducer
-from cycloid_profile.errors import SpecError
+from cycloid_profile.errors import SpecError, did_you_mean
 
 DISC_PART = "number of the disc, 1 for the first; all discs if absent"
+# Bounds refuse what no drive can have, printed and large ones included; a tolerance says what is usual.
+LARGEST_UM = 5000.0
 _LARGEST = 1e300  # whole numbers of a spec file can be larger than any float
 
 
@@ -35,6 +39,7 @@ class Parameter(NamedTuple):
 
     ``tolerance`` is the usual manufacturing tolerance, a standard width of a size; None for an angle or a part.
     ``whole`` for part numbers; ``is_angle`` for directions and phases; ``optional`` where None means all parts.
+    ``options``, the words that a choice allows; it has no bounds.
     """
 
     name: str
@@ -46,6 +51,7 @@ class Parameter(NamedTuple):
     optional: bool
     whole: bool = False
     is_angle: bool = False
+    options: tuple[str, ...] = ()
 
 
 def size_field(text: str, tolerance: float, low: float, high: float) -> Any:
@@ -64,6 +70,12 @@ def shape_field(text: str, default: float, low: float, high: float) -> Any:
     return dataclasses.field(default=default, metadata={"text": text, "low": low, "high": high, "tolerance": None})
 
 
+def choice_field(text: str, *options: str) -> Any:
+    """A field that holds one of some words, the first unless given."""
+    meta = {"text": text, "low": 0.0, "high": 0.0, "tolerance": None, "options": options}
+    return dataclasses.field(default=options[0], metadata=meta)
+
+
 def part_field(text: str, default: int | None = None, most: int = 1000) -> Any:
     """A field that holds the number of a part counted from 1, or of a choice; a default of None means all parts."""
     meta = {"text": text, "low": 1, "high": most, "tolerance": None, "whole": True}
@@ -76,7 +88,8 @@ class Effect:
     ``name`` in files and commands is that of the class in lower case: ``DiscRunout`` is ``disc_runout``. ``remedy`` at
     the machine. The effect repeats ``harmonic`` times while its angle turns once; its linear coordinates
     rotate by ``phase_per_lobe_index`` lobe pitches when the lobe index shifts by one. The response is linear in the
-    size or ``linear_in_reciprocal``.
+    size or ``linear_in_reciprocal``. ``shapes``, parameters that shape an effect of one cause, each with values that
+    span what is found in practice, its default first.
 
     Raises ``SpecError`` if a parameter is not a number or outside its bounds.
     """
@@ -87,6 +100,7 @@ class Effect:
     harmonic: ClassVar[int] = 1
     phase_per_lobe_index: ClassVar[float] = 0.0
     linear_in_reciprocal: ClassVar[bool] = False
+    shapes: ClassVar[Mapping[str, tuple[float | str, ...]]] = MappingProxyType({})
 
     def __init_subclass__(cls) -> None:
         cls.name = re.sub(r"(?<!^)(?=[A-Z])", "_", cls.__name__).lower()
@@ -97,6 +111,9 @@ class Effect:
             if value is None and parameter.optional:
                 continue
             what = f"{self.name}.{parameter.name}"
+            if parameter.options:
+                _refuse_other_words(what, value, parameter.options)
+                continue
             number = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < _LARGEST
             if not number or (parameter.whole and value != int(value)):
                 wanted = "a whole number" if parameter.whole else "a number"
@@ -108,6 +125,18 @@ class Effect:
     def apply(self, reducer: AsBuiltReducer) -> AsBuiltReducer:
         """The reducer with this effect."""
         raise NotImplementedError
+
+
+def _refuse_other_words(what: str, value: Any, options: tuple[str, ...]) -> None:
+    if value not in options:
+        known = ", ".join(options)
+        remedy = did_you_mean(value, options, f"choose from {known}") if isinstance(value, str) else f"choose {known}"
+        raise SpecError(what, repr(value), "is not a choice", remedy)
+
+
+def shape_choices(kind: type[Effect]) -> tuple[dict[str, float | str], ...]:
+    """All combinations of the ``shapes`` of a kind of effect, the default first; one empty choice without any."""
+    return tuple(dict(zip(kind.shapes, values, strict=True)) for values in product(*kind.shapes.values()))
 
 
 def parameters(kind: type[Effect]) -> tuple[Parameter, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 
@@ -23,7 +24,7 @@ class SeriesCompliance(Effect):
     remedy = "nothing on the machine; it belongs to the model"
     location = EffectLocation.COMPLIANCE
     linear_in_reciprocal = True
-    stiffness_nm_per_arcmin: float = size_field("stiffness in series [N·m/′]", 150.0, 0.1, 1e6)
+    stiffness_nm_per_arcmin: float = size_field("stiffness in series [N·m/′]", 150.0, 1e-6, 1e6)
 
     def apply(self, reducer: AsBuiltReducer) -> AsBuiltReducer:
         stiffness = self.stiffness_nm_per_arcmin * NEWTON_METRE / ARCMIN
@@ -39,7 +40,8 @@ class NonlinearSeriesCompliance(Effect):
 
     remedy = "tighter joints, preload; it belongs to the model"
     location = EffectLocation.COMPLIANCE
-    twist_arcmin: float = size_field("twist at rated torque [arcmin]", 1.0, 0.0, 6000.0)
+    shapes = MappingProxyType({"exponent": (0.7, 0.4, 1.0, 1.5, 2.0)})
+    twist_arcmin: float = size_field("twist at rated torque [arcmin]", 1.0, 0.0, 21600.0)
     exponent: float = shape_field("exponent of the torque", 0.7, 0.2, 5.0)
 
     def apply(self, reducer: AsBuiltReducer) -> AsBuiltReducer:
@@ -56,7 +58,8 @@ class ViscoelasticCreep(Effect):
 
     remedy = "stiffer material, lower stress, measure more slowly"
     location = EffectLocation.COMPLIANCE
-    twist_arcmin: float = size_field("late twist at rated torque, at rest [arcmin]", 1.0, 0.0, 6000.0)
+    shapes = MappingProxyType({"relaxation_share": (0.3, 0.1, 1.0)})
+    twist_arcmin: float = size_field("late twist at rated torque, at rest [arcmin]", 1.0, 0.0, 21600.0)
     relaxation_share: float = shape_field(
         "change of torque, over the rated one, in which 63 % of the twist follows", 0.3, 0.01, 10.0
     )
@@ -73,7 +76,7 @@ class CrankBearingCompliance(Effect):
 
     remedy = "check preload and fits of the crank bearings"
     location = EffectLocation.COMPLIANCE
-    added_um_per_kn: float = size_field("added radial compliance of each bearing [µm/kN]", 1.0, 0.0, 1000.0)
+    added_um_per_kn: float = size_field("added radial compliance of each bearing [µm/kN]", 1.0, 0.0, 1e7)
 
     def apply(self, reducer: AsBuiltReducer) -> AsBuiltReducer:
         return reducer.with_bearings(softer=self.added_um_per_kn * UM / 1e3)
@@ -85,7 +88,7 @@ class PinSupportCompliance(Effect):
 
     remedy = "half-bores over the whole length, thicker ring"
     location = EffectLocation.COMPLIANCE
-    added_um_per_kn: float = size_field("added compliance of each pin [µm/kN]", 1.0, 0.0, 1000.0)
+    added_um_per_kn: float = size_field("added compliance of each pin [µm/kN]", 1.0, 0.0, 1e7)
 
     def apply(self, reducer: AsBuiltReducer) -> AsBuiltReducer:
         law = OnSpring(reducer.case.law, self.added_um_per_kn * UM / 1e3)
@@ -110,6 +113,7 @@ class ElastoslideFriction(Effect):
 
     remedy = "softer seals, less preload"
     location = EffectLocation.FRICTION
+    shapes = MappingProxyType({"spread": (1.0, 0.5)})
     torque_nm: float = size_field("mean friction torque at the output [N·m]", 5.0, 0.0, 1e5)
     spread: float = shape_field("half the range of the slip torques over their mean", 1.0, 0.0, 1.0)
 
@@ -119,6 +123,36 @@ class ElastoslideFriction(Effect):
             reducer,
             coulomb_torque=reducer.coulomb_torque + torque,
             friction_spread=reducer.friction_spread + self.spread * torque,
+        )
+
+
+@dataclass(frozen=True)
+class StribeckFriction(Effect):
+    """Friction that is larger at break-away than in motion, the falling part of Stribeck's curve.
+
+    After a reversal the stage sticks up to the break-away torque, then friction falls, or with a ratio below 1 rises,
+    to its value in motion (docs/theory.md, Eq. 129). Ratio 1 is Coulomb friction. Source: Stribeck, Z. VDI 46 (1902).
+    """
+
+    remedy = "another lubricant, softer seals, less preload"
+    location = EffectLocation.FRICTION
+    shapes = MappingProxyType({"breakaway_ratio": (1.5, 0.3), "travel_share": (1.0, 4.0)})
+    torque_nm: float = size_field("friction torque in motion, at the output [N·m]", 5.0, 0.0, 1e5)
+    breakaway_ratio: float = shape_field("friction at break-away over that in motion", 1.5, 0.0, 5.0)
+    travel_share: float = shape_field(
+        "change of the stage's torque, over the friction in motion, in which the difference falls to 1/e",
+        1.0,
+        0.01,
+        100.0,
+    )
+
+    def apply(self, reducer: AsBuiltReducer) -> AsBuiltReducer:
+        torque = self.torque_nm * NEWTON_METRE
+        return replace(
+            reducer,
+            coulomb_torque=reducer.coulomb_torque + torque,
+            breakaway_torque=reducer.breakaway_torque + (self.breakaway_ratio - 1.0) * torque,
+            breakaway_travel=reducer.breakaway_travel + self.travel_share * torque,
         )
 
 

@@ -10,6 +10,7 @@ from cycloid_profile.arrays import ComplexArray
 from cycloid_profile.contact.bodies import crank_turn_per_carrier_turn
 from cycloid_profile.effects.base import (
     DISC_PART,
+    LARGEST_UM,
     Effect,
     EffectLocation,
     angle_field,
@@ -47,7 +48,7 @@ class CrankEccentricityError(_OnCranks):
     """Eccentric of a crank shaft larger than drawn."""
 
     remedy = "sort cranks into classes, or regrind the eccentric"
-    amount_um: float = size_field("eccentricity above the drawing [µm]", 3.0, -200.0, 200.0)
+    amount_um: float = size_field("eccentricity above the drawing [µm]", 3.0, -LARGEST_UM, LARGEST_UM)
     crank: int | None = part_field(_CRANK)
     disc: int | None = part_field(DISC_PART)
 
@@ -60,7 +61,7 @@ class CrankPhaseError(_OnCranks):
     """Eccentric turned on its shaft, or planet assembled with an angular offset of a fraction of a pitch."""
 
     remedy = "time the cranks"
-    angle_arcmin: float = size_field("angle ahead of the drawing [arcmin]", 5.0, -300.0, 300.0)
+    angle_arcmin: float = size_field("angle ahead of the drawing [arcmin]", 5.0, -10800.0, 10800.0)
     crank: int | None = part_field(_CRANK)
     disc: int | None = part_field(DISC_PART)
 
@@ -74,7 +75,7 @@ class CrankHoleError(_OnCranks):
     """Crank bore of a disc out of its place."""
 
     remedy = "bore the discs of one reducer together"
-    amplitude_um: float = size_field("distance from its place [µm]", 3.0, 0.0, 200.0)
+    amplitude_um: float = size_field("distance from its place [µm]", 3.0, 0.0, LARGEST_UM)
     direction_deg: float = angle_field("direction in the disc, 0 outwards at crank 1 [°]")
     crank: int | None = part_field("number of the crank shaft, 1 at angle 0", 1)
     disc: int | None = part_field("number of the disc, 1 for the first", 1)
@@ -90,7 +91,7 @@ class CrankBearingClearance(Effect):
 
     remedy = "a smaller class"
     location = EffectLocation.CRANK
-    radial_um: float = size_field("radial play, half the diametral clearance [µm]", 2.0, 0.0, 200.0)
+    radial_um: float = size_field("radial play, half the diametral clearance [µm]", 2.0, 0.0, LARGEST_UM)
 
     def apply(self, reducer: AsBuiltReducer) -> AsBuiltReducer:
         return reducer.with_bearings(looser=self.radial_um * UM)
@@ -105,7 +106,7 @@ class CarrierBoreError(_OnCranks):
     """
 
     remedy = "bore carrier and discs on one coordinate table"
-    amplitude_um: float = size_field("distance from its place [µm]", 3.0, 0.0, 200.0)
+    amplitude_um: float = size_field("distance from its place [µm]", 3.0, 0.0, LARGEST_UM)
     direction_deg: float = angle_field("direction in the carrier, 0 outwards (radial), 90 along the circle [°]")
     crank: int | None = part_field("number of the crank shaft, 1 at angle 0", 1)
     disc = None

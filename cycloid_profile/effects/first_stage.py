@@ -10,7 +10,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cycloid_profile.effects.base import Effect, EffectLocation, angle_field, part_field, part_indices, size_field
+from cycloid_profile.effects.base import (
+    LARGEST_UM,
+    Effect,
+    EffectLocation,
+    angle_field,
+    part_field,
+    part_indices,
+    size_field,
+)
 from cycloid_profile.effects.reducer import AsBuiltReducer
 from cycloid_profile.errors import SpecError
 from cycloid_profile.geometry import Cranks, InvoluteStage
@@ -36,7 +44,7 @@ class PlanetRunout(_InFirstStage):
     """
 
     remedy = "gear cut on the bearing seats"
-    amplitude_um: float = size_field("eccentricity of the pitch circle [µm]", 10.0, 0.0, 500.0)
+    amplitude_um: float = size_field("eccentricity of the pitch circle [µm]", 10.0, 0.0, LARGEST_UM)
     phase_deg: float = angle_field("direction at crank angle 0 [°]")
     planet: int | None = part_field("number of the planet, which is that of its crank", 1)
 
@@ -58,7 +66,7 @@ class CommonPlanetRunout(_InFirstStage):
     """
 
     remedy = "cut the gears on the bearing seats; mount planets with their high sides turned against each other"
-    amplitude_um: float = size_field("eccentricity of the pitch circles [µm]", 10.0, 0.0, 500.0)
+    amplitude_um: float = size_field("eccentricity of the pitch circles [µm]", 10.0, 0.0, LARGEST_UM)
     phase_deg: float = angle_field("direction at crank angle 0, of planet 1 [°]")
     form: int = part_field("1: all drive ahead together; 2: eccentricities parallel", 1, most=2)
 
@@ -77,7 +85,7 @@ class SunRunout(_InFirstStage):
     """
 
     remedy = "cut the sun on its shaft's seats, or let it float between the planets"
-    amplitude_um: float = size_field("eccentricity of the pitch circle [µm]", 10.0, 0.0, 500.0)
+    amplitude_um: float = size_field("eccentricity of the pitch circle [µm]", 10.0, 0.0, LARGEST_UM)
     phase_deg: float = angle_field("direction at crank angle 0 [°]")
 
     def apply(self, reducer: AsBuiltReducer) -> AsBuiltReducer:

@@ -7,30 +7,55 @@ frame of the carrier, as discs ground together through their bores do.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 
+from cycloid_profile.arrays import FloatArray
 from cycloid_profile.contact import sliding_speed
 from cycloid_profile.contact.disc import Equilibrium
-from cycloid_profile.effects._removals import OneLobe, PitchDeviationWave, Ramp, Shift, ToothForm, Wave
+from cycloid_profile.effects._removals import (
+    BLEND,
+    GENERATING_ANGLE,
+    AngleAlongDisc,
+    ArcLength,
+    OneLobe,
+    PitchDeviationWave,
+    PolarAngle,
+    Ramp,
+    Shift,
+    ToothForm,
+    Wave,
+)
 from cycloid_profile.effects.base import (
     DISC_PART,
+    LARGEST_UM,
     Effect,
     EffectLocation,
     angle_field,
+    choice_field,
     part_field,
     part_indices,
+    shape_field,
     size_field,
 )
 from cycloid_profile.effects.reducer import AsBuiltReducer
-from cycloid_profile.geometry import NormalRemoval, ToothProfile
+from cycloid_profile.geometry import NormalRemoval, ToothProfile, Trochoid
 from cycloid_profile.modification import FlankRemoval, NormalDeviation
 from cycloid_profile.units import DEGREE, UM
 
 STEEL_EXPANSION = 11.5e-6  # 1/K
 # Feet on waves shorter than this are searched on each wave, from so many points on it.
 _SHORT_WAVE, _POINTS_ON_WAVE = 1.0, 8  # rad
+# Feet on ends of a removal steeper than usual are searched on each of so many parts of the blend.
+_POINTS_ON_BLEND = 4
+# On the flank that wears with the lever: its slope jumps at the root.
+_LEVER_POINTS = 361
+FLANK_PART = "1: carries positive torque, 2: negative torque; both if absent"
+_BLEND = "phase over which the removal ends, to either side [rad]"
+# A steeper end would be a corner for every pin; a wider one reaches the flank that carries.
+_BLENDS = 0.05, 1.5
 
 
 class _Disc(NamedTuple):
@@ -43,6 +68,16 @@ class _Disc(NamedTuple):
     def with_removal(self, removal: NormalRemoval) -> ToothProfile:
         """The tooth with a further removal."""
         return replace(self.tooth, removals=(*self.tooth.removals, removal))
+
+
+def _side(flank: int | None) -> int:
+    """Sign of the phases on a flank, 0 for both."""
+    return 0 if flank is None else 3 - 2 * flank
+
+
+def _blend_spacing(blend: float) -> float | None:
+    """Distance of points that finds every foot on a steep end; None where the usual search does."""
+    return None if blend >= BLEND else blend / _POINTS_ON_BLEND
 
 
 class _OnDiscs(Effect):
@@ -68,15 +103,20 @@ class _OnDiscs(Effect):
 class EquidistantError(_OnDiscs):
     """Grinding wheel or its radius setting too large (wheel radius r_rp + amount).
 
-    h = amount, the same everywhere. Source: docs/theory.md, Eq. 13.
+    h = amount, the same everywhere. With ``flank`` on that flank alone, as of flanks ground one after the other, smooth
+    at root and tip. Source: docs/theory.md, Eq. 13.
     """
 
     remedy = "correct the equidistant setting by the amount"
-    amount_um: float = size_field("removal [µm]", 2.0, -200.0, 200.0)
+    amount_um: float = size_field("removal [µm]", 2.0, -LARGEST_UM, LARGEST_UM)
     disc: int | None = part_field(DISC_PART)
+    flank: int | None = part_field(FLANK_PART, most=2)
 
     def _modified_tooth(self, before: _Disc) -> ToothProfile:
-        return replace(before.tooth, pin_radius=before.tooth.pin_radius + self.amount_um * UM)
+        amount = self.amount_um * UM
+        if self.flank is not None:
+            return before.with_removal(ToothForm(amount, 0, 0.0, _side(self.flank)))
+        return replace(before.tooth, pin_radius=before.tooth.pin_radius + amount)
 
 
 @dataclass(frozen=True)
@@ -87,7 +127,7 @@ class RadialMovingError(_OnDiscs):
     """
 
     remedy = "correct the infeed"
-    amount_um: float = size_field("removal at root and tip [µm]", 2.0, -200.0, 200.0)
+    amount_um: float = size_field("removal at root and tip [µm]", 2.0, -LARGEST_UM, LARGEST_UM)
     disc: int | None = part_field(DISC_PART)
 
     def _modified_tooth(self, before: _Disc) -> ToothProfile:
@@ -105,7 +145,7 @@ class GeneratingEccentricityError(_OnDiscs):
     """
 
     remedy = "correct the eccentricity"
-    amount_um: float = size_field("eccentricity above its setting [µm]", 1.0, -100.0, 100.0)
+    amount_um: float = size_field("eccentricity above its setting [µm]", 1.0, -LARGEST_UM, LARGEST_UM)
     disc: int | None = part_field(DISC_PART)
 
     def _modified_tooth(self, before: _Disc) -> ToothProfile:
@@ -121,7 +161,7 @@ class ThermalGrowth(_OnDiscs):
     """
 
     remedy = "let the disc reach the temperature of the ring; scan at a second temperature to rule out a wrong infeed"
-    temperature_k: float = size_field("disc above housing [K]", 3.0, -100.0, 100.0)
+    temperature_k: float = size_field("disc above housing [K]", 3.0, -500.0, 500.0)
     disc: int | None = part_field(DISC_PART)
 
     def _modified_tooth(self, before: _Disc) -> ToothProfile:
@@ -145,7 +185,7 @@ class DiscRunout(_OnDiscs):
 
     remedy = "centre the fixture on the bores"
     phase_per_lobe_index = -1.0
-    amplitude_um: float = size_field("amplitude, half the run-out read [µm]", 3.0, 0.0, 200.0)
+    amplitude_um: float = size_field("amplitude, half the run-out read [µm]", 3.0, 0.0, LARGEST_UM)
     phase_deg: float = angle_field("polar angle of the high side [°]")
     disc: int | None = part_field(DISC_PART)
     form: int = part_field("1: tooth moved as a whole; 2: by the angle alone", 1, most=2)
@@ -164,7 +204,7 @@ class DiscOval(_OnDiscs):
     remedy = "clamp without bending; grind after a second anneal"
     phase_per_lobe_index = -2.0
     harmonic = 2
-    amplitude_um: float = size_field("amplitude [µm]", 2.0, 0.0, 200.0)
+    amplitude_um: float = size_field("amplitude [µm]", 2.0, 0.0, LARGEST_UM)
     phase_deg: float = angle_field("polar angle of a high side [°]")
     disc: int | None = part_field(DISC_PART)
 
@@ -183,7 +223,7 @@ class CumulativePitchError(_OnDiscs):
 
     remedy = "correct the index or the encoder mounting of the work spindle"
     phase_per_lobe_index = 1.0
-    amplitude_um: float = size_field("amplitude along the normal at ψ0 [µm]", 3.0, 0.0, 200.0)
+    amplitude_um: float = size_field("amplitude along the normal at ψ0 [µm]", 3.0, 0.0, LARGEST_UM)
     phase_deg: float = angle_field("angle along the disc of the largest error [°]")
     disc: int | None = part_field(DISC_PART)
 
@@ -197,37 +237,71 @@ class CumulativePitchError(_OnDiscs):
 class WheelWearDrift(_OnDiscs):
     """Grinding wheel that wears during the pass: each later lobe keeps more material.
 
-    h falls linearly from 0 on the first lobe to −amount on the last, with a step between them.
+    h falls linearly from 0 where grinding began to −amount after a turn, with a step there (docs/theory.md, Eq. 128).
     """
 
     remedy = "dress more often, or spread the lobes over several passes"
-    amount_um: float = size_field("material left on the last lobe [µm]", 1.0, -100.0, 100.0)
+    shapes = MappingProxyType({"start_in_lobe": (0.0, 0.25, 0.5, 0.75)})
+    amount_um: float = size_field("material left on the last lobe [µm]", 1.0, -LARGEST_UM, LARGEST_UM)
     first_lobe: int = part_field("lobe ground first, 1 has its root at angle 0", 1)
     disc: int | None = part_field(DISC_PART)
+    start_in_lobe: float = shape_field(
+        "start of grinding within the first lobe, in pitches: 0 at the tip before it, 0.5 at its root", 0.0, 0.0, 1.0
+    )
+    blend_rad: float = shape_field(_BLEND, BLEND, *_BLENDS)
 
     def _modified_tooth(self, before: _Disc) -> ToothProfile:
         (lobe,) = part_indices(self, "first_lobe", self.first_lobe, before.tooth.trochoid.lobes)
-        return before.with_removal(Ramp(self.amount_um * UM, lobe))
+        start = (2.0 * (lobe + self.start_in_lobe) - 1.0) * np.pi
+        return before.with_removal(Ramp(self.amount_um * UM, start, self.blend_rad, _blend_spacing(self.blend_rad)))
 
 
 @dataclass(frozen=True)
 class GrindingChatter(_OnDiscs):
     """Vibration between wheel and disc: a wave on the flanks, any number to a turn.
 
-    h = A cos(n t − φ) by the angle t along the disc.
+    h = A cos(n t − φ). A vibration is even in time, so t is what ran at ``constant_speed``: the generating motion,
+    t = ψ/z_c; the C axis of a polar machine, t the polar angle; or the surface, t the arc length over that of a turn
+    times 2π (docs/theory.md, Eqs. 124 to 126).
     """
 
     remedy = "change speed so that n moves, balance the wheel"
-    amplitude_um: float = size_field("amplitude [µm]", 0.3, 0.0, 50.0)
+    shapes = MappingProxyType({"constant_speed": ("generating", "c_axis", "surface")})
+    amplitude_um: float = size_field("amplitude [µm]", 0.3, 0.0, LARGEST_UM)
     waves_per_turn: float = size_field("waves round the disc", 1000.0, 3.0, 20000.0)
     phase_deg: float = angle_field("phase of the wave at lobe 1's root [°]")
     disc: int | None = part_field(DISC_PART)
+    constant_speed: str = choice_field("motion of constant speed", "generating", "c_axis", "surface")
 
     def _modified_tooth(self, before: _Disc) -> ToothProfile:
-        length = before.tooth.trochoid.phase_period / self.waves_per_turn
+        by = _even_in(self.constant_speed, before.tooth.pin_radius)
+        length = before.tooth.trochoid.phase_period / (self.waves_per_turn * _fastest(by, before.tooth.trochoid))
         short = length / _POINTS_ON_WAVE if length < _SHORT_WAVE else None
         phase = self.phase_deg * DEGREE - self.waves_per_turn * before.mounting_angle
-        return before.with_removal(Wave(self.amplitude_um * UM, self.waves_per_turn, phase, short))
+        return before.with_removal(Wave(self.amplitude_um * UM, self.waves_per_turn, phase, short, by))
+
+
+def chatter_angle(constant_speed: str, tooth: ToothProfile, phase: FloatArray) -> FloatArray:
+    """Angle along the disc in which chatter is even, 0 at the root of lobe 1, in the shape of ``phase`` [rad].
+
+    ``constant_speed`` as that of ``GrindingChatter``. Raises ``SpecError`` for another word.
+    """
+    GrindingChatter(0.0, 3.0, constant_speed=constant_speed)
+    return _even_in(constant_speed, tooth.pin_radius).derivatives(phase, tooth.trochoid).value
+
+
+def _even_in(constant_speed: str, radius: float) -> AngleAlongDisc:
+    if constant_speed == "generating":
+        return GENERATING_ANGLE
+    return PolarAngle(radius) if constant_speed == "c_axis" else ArcLength(radius)
+
+
+def _fastest(by: AngleAlongDisc, trochoid: Trochoid) -> float:
+    """Largest rate of an angle along the disc, over its mean."""
+    if by is GENERATING_ANGLE:
+        return 1.0
+    psi = np.linspace(0.0, np.pi, 181)
+    return float(trochoid.lobes * np.max(by.derivatives(psi, trochoid).first))
 
 
 @dataclass(frozen=True)
@@ -239,17 +313,17 @@ class ToothFormError(_OnDiscs):
     """
 
     remedy = "correct the profile of the wheel, or the program of the path"
-    amplitude_um: float = size_field("amplitude [µm]", 2.0, 0.0, 50.0)
+    amplitude_um: float = size_field("amplitude [µm]", 2.0, 0.0, LARGEST_UM)
     phase_deg: float = angle_field("phase of the wave at the root [°]")
     waves: int = part_field("waves from root to root", 2, most=20)
-    flank: int | None = part_field("1: carries positive torque, 2: negative torque; both if absent", most=2)
+    flank: int | None = part_field(FLANK_PART, most=2)
     disc: int | None = part_field(DISC_PART)
 
     def _modified_tooth(self, before: _Disc) -> ToothProfile:
         length = 2.0 * np.pi / self.waves
         short = length / _POINTS_ON_WAVE if length < _SHORT_WAVE else None
-        side = 0 if self.flank is None else 3 - 2 * self.flank
-        return before.with_removal(ToothForm(self.amplitude_um * UM, self.waves, self.phase_deg * DEGREE, side, short))
+        phase = self.phase_deg * DEGREE
+        return before.with_removal(ToothForm(self.amplitude_um * UM, self.waves, phase, _side(self.flank), short))
 
 
 @dataclass(frozen=True)
@@ -260,7 +334,7 @@ class MissingDeformationCompensation(_OnDiscs):
     """
 
     remedy = "grind with the compensated program"
-    amount_um: float = size_field("δmax that is missing [µm]", 2.0, -50.0, 50.0)
+    amount_um: float = size_field("δmax that is missing [µm]", 2.0, -LARGEST_UM, LARGEST_UM)
     disc: int | None = part_field(DISC_PART)
 
     def _modified_tooth(self, before: _Disc) -> ToothProfile:
@@ -271,25 +345,40 @@ class MissingDeformationCompensation(_OnDiscs):
 class FlankWear(_OnDiscs):
     """Wear of the flank that carries, after Archard: depth in proportion to pressure × sliding.
 
-    The shape is that of one disc at rated torque, ``amount`` its deepest place; ``flank`` 1 carries a positive
-    torque, 2 a negative one. Source: Archard, J. Appl. Phys. 24 (1953) 981.
+    The shape is that of one disc at ``load_share`` times rated torque, ``amount`` its deepest place; ``flank`` 1
+    carries a positive torque, 2 a negative one. ``by`` "lever" stands for a flank on which all pins carry and slide
+    alike: the force follows the lever |sinψ| S. ``exponent`` p is that of the wear law (docs/theory.md, Eq. 127).
+    Source: Archard, J. Appl. Phys. 24 (1953) 981.
     """
 
     remedy = "regrind, or look after lubricant and load"
-    amount_um: float = size_field("deepest wear [µm]", 2.0, 0.0, 100.0)
+    shapes = MappingProxyType({"by": ("pressure_sliding", "lever"), "exponent": (1.0, 0.5, 1.5, 2.0)})
+    amount_um: float = size_field("deepest wear [µm]", 2.0, 0.0, LARGEST_UM)
     flank: int = part_field("1: carries positive torque, 2: carries negative torque", 1, most=2)
     disc: int | None = part_field(DISC_PART)
+    by: str = choice_field("cause of the depth", "pressure_sliding", "lever")
+    exponent: float = shape_field("exponent of the cause", 1.0, 0.3, 3.0)
+    load_share: float = shape_field("torque that wore the flank, over the rated one", 1.0, 0.01, 10.0)
 
     def _modified_tooth(self, before: _Disc) -> ToothProfile:
-        phase, depth = archard_depth(before.reducer)
+        if self.by == "lever":
+            phase = np.linspace(-np.pi, np.pi, _LEVER_POINTS, endpoint=False)
+            depth = np.maximum(before.tooth.trochoid.lever_function(phase), 0.0)
+        else:
+            phase, depth = archard_depth(before.reducer, load_share=self.load_share)
+        if self.exponent != 1.0:
+            depth = depth**self.exponent
         if self.flank == 2:
             phase, depth = -phase[::-1], depth[::-1]
         return before.with_removal(NormalDeviation(phase, self.amount_um * UM * depth, 1))
 
 
-def archard_depth(reducer: AsBuiltReducer, points: int = 121) -> tuple[np.ndarray, np.ndarray]:
-    """Phases from −π to π [rad] and the wear there, 1 at the deepest place, on the flank of positive torque."""
-    case = replace(reducer.case, torque=abs(reducer.case.torque))
+def archard_depth(reducer: AsBuiltReducer, points: int = 121, load_share: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    """Phases from −π to π [rad] and the wear there, 1 at the deepest place, on the flank of positive torque.
+
+    The wear is that of ``load_share`` times the rated torque.
+    """
+    case = replace(reducer.case, torque=abs(reducer.case.torque) * load_share)
     shared = Equilibrium(poses=24).solve(case)
     load = (shared.pressure * sliding_speed(case.drive, shared.phase, 1.0)).ravel()
     psi = shared.phase.ravel()
@@ -303,14 +392,15 @@ def archard_depth(reducer: AsBuiltReducer, points: int = 121) -> tuple[np.ndarra
 class SingleToothError(_OnDiscs):
     """One lobe too low or too high: a slip of the index, a hit, a chip under the clamp.
 
-    h = amount on both flanks of that lobe.
+    h = amount on both flanks of that lobe, blended at its tips.
     """
 
     remedy = "inspect the lobe; regrind if other lobes have material left to remove"
-    amount_um: float = size_field("removal, negative where the lobe is high [µm]", 1.0, -200.0, 200.0)
+    amount_um: float = size_field("removal, negative where the lobe is high [µm]", 1.0, -LARGEST_UM, LARGEST_UM)
     lobe: int = part_field("number of the lobe, 1 has its root at angle 0, counted clockwise", 1)
     disc: int | None = part_field("number of the disc, 1 for the first", 1)
+    blend_rad: float = shape_field(_BLEND, BLEND, *_BLENDS)
 
     def _modified_tooth(self, before: _Disc) -> ToothProfile:
         (lobe,) = part_indices(self, "lobe", self.lobe, before.tooth.trochoid.lobes)
-        return before.with_removal(OneLobe(self.amount_um * UM, lobe))
+        return before.with_removal(OneLobe(self.amount_um * UM, lobe, self.blend_rad, _blend_spacing(self.blend_rad)))

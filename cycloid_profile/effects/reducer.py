@@ -24,10 +24,12 @@ class AsBuiltReducer(Described):
     tooth of each disc. The arrays of parts are those of ``PartDeviations``.
 
     ``series_compliance`` of shafts, carrier and housing beyond the stage [rad/(N·mm)], and their ``further_twists``.
-    Friction against motion, as a torque on the output: ``coulomb_torque`` with its ``friction_spread`` [N·mm], and
-    ``proportional_friction`` times the torque. ``encoder``, eccentricity of the angle encoder as an angle amplitude,
-    see ``encoder_error`` [rad]. ``input_error``, amplitude of the angle by which the input is ahead of its reading,
-    once per turn of the input [rad]. ``quality`` of manufacture, None where the spec leaves it to the material.
+    Friction against motion, as a torque on the output: ``coulomb_torque`` with its ``friction_spread`` [N·mm],
+    ``proportional_friction`` times the torque, and ``breakaway_torque`` more after each reversal, which falls to 1/e
+    within ``breakaway_travel`` of the stage's torque [N·mm]. ``encoder``, eccentricity of the angle encoder as an
+    angle amplitude, see ``encoder_error`` [rad]. ``input_error``, amplitude of the angle by which the input is ahead of
+    its reading, once per turn of the input [rad]. ``quality`` of manufacture, None where the spec leaves it to the
+    material.
     """
 
     case: LoadCase
@@ -43,6 +45,8 @@ class AsBuiltReducer(Described):
     coulomb_torque: float = 0.0
     friction_spread: float = 0.0
     proportional_friction: float = 0.0
+    breakaway_torque: float = 0.0
+    breakaway_travel: float = 0.0
     encoder: complex = 0j
     input_error: complex = 0j
     quality: Quality | None = None
@@ -82,8 +86,14 @@ class AsBuiltReducer(Described):
         """Torque that friction leaves to the stage along a path of load, ``before`` the sign of the load before it, in
         the shape of ``torque`` [N·mm].
         """
-        friction = self.coulomb_torque, self.proportional_friction
-        return transmitted_torque(torque, *friction, before, self.friction_spread)
+        return transmitted_torque(
+            torque,
+            self.coulomb_torque,
+            self.proportional_friction,
+            before,
+            self.friction_spread,
+            (self.breakaway_torque, self.breakaway_travel),
+        )
 
     def series_twist(self, torque: FloatArray, applied: FloatArray | None = None) -> FloatArray:
         """Twist in series with the stage, in the shape of ``torque`` [N·mm → rad]: settled at each torque, or along the

@@ -7,7 +7,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cycloid_profile.arrays import ComplexArray, FloatArray
-from cycloid_profile.effects.base import Effect, EffectLocation, angle_field, part_field, part_indices, size_field
+from cycloid_profile.effects.base import (
+    LARGEST_UM,
+    Effect,
+    EffectLocation,
+    angle_field,
+    part_field,
+    part_indices,
+    size_field,
+)
 from cycloid_profile.effects.reducer import AsBuiltReducer
 from cycloid_profile.units import DEGREE, UM
 
@@ -38,7 +46,7 @@ class PinRadiusError(_OnRing):
     """All pins thicker than drawn by the amount in radius. Gap: −amount."""
 
     remedy = "another size class of pins"
-    amount_um: float = size_field("radius above the drawing [µm]", 1.0, -100.0, 100.0)
+    amount_um: float = size_field("radius above the drawing [µm]", 1.0, -LARGEST_UM, LARGEST_UM)
 
     def _oversize(self, pin_angle: FloatArray) -> FloatArray:
         return np.full(pin_angle.shape, self.amount_um * UM)
@@ -49,7 +57,7 @@ class PinCircleRadiusError(_OnRing):
     """Pin circle larger than drawn by the amount. Gap: amount times the radial part of the normal."""
 
     remedy = "match the discs' radial-moving amount to the ring, or regrind the pin bores"
-    amount_um: float = size_field("pin circle above the drawing, in radius [µm]", 3.0, -200.0, 200.0)
+    amount_um: float = size_field("pin circle above the drawing, in radius [µm]", 3.0, -LARGEST_UM, LARGEST_UM)
 
     def _shift(self, pin_angle: FloatArray) -> ComplexArray:
         return np.asarray(self.amount_um * UM * np.exp(1j * pin_angle))
@@ -60,7 +68,7 @@ class PinRingRunout(_OnRing):
     """Pin ring off the axis of the main bearings by A towards φ."""
 
     remedy = "bore ring and bearing seats in one clamping"
-    amplitude_um: float = size_field("offset [µm]", 5.0, 0.0, 200.0)
+    amplitude_um: float = size_field("offset [µm]", 5.0, 0.0, LARGEST_UM)
     phase_deg: float = angle_field("direction of the offset [°]")
 
     def _shift(self, pin_angle: FloatArray) -> ComplexArray:
@@ -84,7 +92,7 @@ class PinRingOval(_GroundForm):
 
     remedy = "clamp the housing without bending it"
     harmonic = 2
-    amplitude_um: float = size_field("amplitude in radius [µm]", 3.0, 0.0, 200.0)
+    amplitude_um: float = size_field("amplitude in radius [µm]", 3.0, 0.0, LARGEST_UM)
     phase_deg: float = angle_field("angle of a wide place [°]")
 
 
@@ -94,7 +102,7 @@ class PinRingThreeLobed(_GroundForm):
 
     remedy = "clamp the housing on its face instead of in three jaws"
     harmonic = 3
-    amplitude_um: float = size_field("amplitude in radius [µm]", 3.0, 0.0, 200.0)
+    amplitude_um: float = size_field("amplitude in radius [µm]", 3.0, 0.0, LARGEST_UM)
     phase_deg: float = angle_field("angle of a wide place [°]")
 
 
@@ -107,7 +115,7 @@ class RingMountingOvality(_OnRing):
     """
 
     remedy = "tighten the bolts crosswise and evenly, ease the fit"
-    amplitude_um: float = size_field("amplitude in radius [µm]", 3.0, 0.0, 200.0)
+    amplitude_um: float = size_field("amplitude in radius [µm]", 3.0, 0.0, LARGEST_UM)
     phase_deg: float = angle_field("phase of the wave at pin 1, k times the angle of a wide place [°]")
     waves: int = part_field("waves round the ring: 2 of a fit, n of n bolts", 2, most=20)
 
@@ -121,7 +129,7 @@ class PinRingCumulativePitch(_OnRing):
     """Indexing error of the pin bores: tangential displacement A sin(α − φ)."""
 
     remedy = "correct the index table"
-    amplitude_um: float = size_field("amplitude along the circle [µm]", 4.0, 0.0, 200.0)
+    amplitude_um: float = size_field("amplitude along the circle [µm]", 4.0, 0.0, LARGEST_UM)
     phase_deg: float = angle_field("angle where it passes zero [°]")
 
     def _shift(self, pin_angle: FloatArray) -> ComplexArray:
@@ -134,7 +142,7 @@ class SinglePinError(_OnRing):
     """One pin thicker or thinner than the others."""
 
     remedy = "change the pin"
-    amount_um: float = size_field("radius above the others [µm]", 1.0, -200.0, 200.0)
+    amount_um: float = size_field("radius above the others [µm]", 1.0, -LARGEST_UM, LARGEST_UM)
     pin: int = part_field("number of the pin, 1 at angle 0, counted anticlockwise", 1)
 
     def _oversize(self, pin_angle: FloatArray) -> FloatArray:
@@ -150,7 +158,7 @@ class PinPositionError(_OnRing):
     """
 
     remedy = "bore the ring in one set-up"
-    amplitude_um: float = size_field("distance from its place [µm]", 2.0, 0.0, 200.0)
+    amplitude_um: float = size_field("distance from its place [µm]", 2.0, 0.0, LARGEST_UM)
     direction_deg: float = angle_field("direction in the housing [°]")
     pin: int = part_field("number of the pin, 1 at angle 0, counted anticlockwise", 1)
 

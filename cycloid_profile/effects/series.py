@@ -75,19 +75,30 @@ class CreepTwist:
 
 
 def transmitted_torque(
-    torque: FloatArray, coulomb: float, proportional: float, before: float = -1.0, spread: float = 0.0
+    torque: FloatArray,
+    coulomb: float,
+    proportional: float,
+    before: float = -1.0,
+    spread: float = 0.0,
+    breakaway: tuple[float, float] = (0.0, 0.0),
 ) -> FloatArray:
     """Torque that friction transmits to the stage, for torques applied one after the other [N·mm].
 
     A play operator: the stage follows when the difference exceeds coulomb + proportional·|torque| [N·mm]. With a
     ``spread`` [N·mm] it is the mean of many, their Coulomb friction spread evenly over coulomb ± spread (Iwan).
-    ``before``, the sign of the preceding torque.
+    ``breakaway``, friction added after each reversal, negative where friction builds up, and the change of the torque
+    on the stage in which that falls to 1/e [N·mm]. ``before``, the sign of the preceding torque.
     """
-    if spread == 0.0:
-        return _play(torque, coulomb, proportional, before)
     at = (np.arange(_SLIDERS) + 0.5) * (2.0 / _SLIDERS) - 1.0
-    slips = np.maximum(coulomb + spread * at, 0.0)
-    return np.asarray(np.mean([_play(torque, float(slip), proportional, before) for slip in slips], axis=0))
+    slips = np.maximum(coulomb + spread * at, 0.0) if spread else np.array([coulomb])
+    added, travel = breakaway
+
+    def follow(slip: float) -> FloatArray:
+        if added == 0.0:
+            return _play(torque, slip, proportional, before)
+        return _play_with_breakaway(torque, slip, proportional, before, max(added, -slip), travel)
+
+    return np.asarray(np.mean([follow(float(slip)) for slip in slips], axis=0))
 
 
 def _play(torque: FloatArray, slip: float, proportional: float, before: float) -> FloatArray:
@@ -96,5 +107,27 @@ def _play(torque: FloatArray, slip: float, proportional: float, before: float) -
     for i, T in enumerate(torque):
         band = slip + proportional * abs(T)
         now = min(max(now, T - band), T + band)
+        transmitted[i] = now
+    return transmitted
+
+
+def _play_with_breakaway(
+    torque: FloatArray, slip: float, proportional: float, before: float, added: float, travel: float
+) -> FloatArray:
+    """Play whose band is wider by added·e^{−s/travel}, s the torque since the last reversal of slip (Eq. 129)."""
+    # Imported here: few reducers have such friction.
+    from scipy.special import lambertw
+
+    transmitted = np.empty_like(torque)
+    # After a steady motion that ends at zero torque.
+    now, direction, excess = math.copysign(slip, before), -math.copysign(1.0, before), 0.0
+    for i, T in enumerate(torque):
+        towards = math.copysign(1.0, T - now)
+        left = added if towards != direction else excess
+        beyond = abs(T - now) - slip - proportional * abs(T)
+        if beyond > left:
+            # The step u of the stage solves u + left·e^{−u/travel} = beyond; the other root is negative.
+            u = beyond + travel * float(lambertw(-left / travel * math.exp(-beyond / travel)).real)
+            now, direction, excess = now + towards * u, towards, left * math.exp(-u / travel)
         transmitted[i] = now
     return transmitted

@@ -153,7 +153,15 @@ class _TermTangent:
     def _path_change(self, after: AsBuiltReducer) -> FloatArray | float:
         """Change by friction and by what twists in series, along the path of a loop, shape (rows,) [rad]."""
         before, through = self.reducer, self.term.through
-        names = ("series_compliance", "further_twists", "coulomb_torque", "friction_spread", "proportional_friction")
+        names = (
+            "series_compliance",
+            "further_twists",
+            "coulomb_torque",
+            "friction_spread",
+            "proportional_friction",
+            "breakaway_torque",
+            "breakaway_travel",
+        )
         if all(getattr(after, name) == getattr(before, name) for name in names):
             return 0.0
         if self.measurement.kind is not HYSTERESIS:

@@ -48,6 +48,24 @@ def test_a_recurring_error_grinds_the_drawing(hidden: dict[str, Any]) -> None:
     assert result.rms_expected == pytest.approx(NOISE, rel=0.05)
 
 
+SHAPED = (
+    {"name": "equidistant_error", "amount_um": 3.0, "flank": 2},
+    {"name": "wheel_wear_drift", "amount_um": 2.0, "first_lobe": 5, "start_in_lobe": 0.4, "blend_rad": 0.3},
+    {"name": "grinding_chatter", "amplitude_um": 0.5, "waves_per_turn": 120.0, "constant_speed": "c_axis"},
+    {"name": "grinding_chatter", "amplitude_um": 0.5, "waves_per_turn": 120.0, "constant_speed": "surface"},
+    {"name": "flank_wear", "amount_um": 2.0, "by": "lever", "exponent": 1.5},
+    {"name": "flank_wear", "amount_um": 2.0, "exponent": 2.0, "load_share": 0.5},
+)
+
+
+@pytest.mark.parametrize("hidden", SHAPED, ids=lambda table: f"{table['name']}, {list(table.values())[-1]}")
+def test_an_error_of_any_shape_is_ground_away(hidden: dict[str, Any]) -> None:
+    error = of_table(hidden)
+    result = correction(found(drawn(), [named(error)], scan_of(error.apply(drawn()), 3)))
+    assert result.residual < 1e-6
+    assert reground(result, [error]) < 1.03 * NOISE
+
+
 def closed_loop(hidden: list[Effect], seed: int) -> tuple[float, Correction]:
     """Scan, diagnose, correct, regrind and scan again; residual [µm, rms] and correction."""
     reducer = apply_effects(drawn().case, hidden)

@@ -42,7 +42,10 @@ UNITS = {
 }
 # A ratio and a count have no unit.
 PLAIN = {"coefficient", "waves_per_turn"}
-SHAPES = {"exponent", "relaxation_share", "spread"}
+SHAPES = {
+    "exponent", "relaxation_share", "spread", "breakaway_ratio", "travel_share", "load_share", "start_in_lobe",
+    "blend_rad",
+}  # fmt: skip
 PARTS = {"disc", "crank", "planet", "pin", "lobe", "first_lobe", "flank", "form", "waves"}
 # How many there are of each part in an RV-40E; flank and form are choices of two, waves at most twenty.
 COUNT = {
@@ -68,7 +71,8 @@ def values_of(kind: type[Effect], required_only: bool = False) -> dict[str, Any]
     chosen: dict[str, Any] = {}
     for p in parameters(kind):
         if p.required or not required_only:
-            chosen[p.name] = 1 if p.whole else p.tolerance or (0.5 if p.name in SHAPES else 30.0)
+            number = 1 if p.whole else p.tolerance or (0.5 if p.name in SHAPES else 30.0)
+            chosen[p.name] = p.options[-1] if p.options else number
     return chosen
 
 
@@ -76,8 +80,8 @@ def tables_of(name: str) -> st.SearchStrategy[dict[str, Any]]:
     """Tables with any allowed values, optional ones there or not."""
     sure, may = {}, {}
     for p in parameters(EFFECTS[name]):
-        whole = st.integers(1, COUNT[p.name]) if p.whole else st.floats(p.low, p.high)
-        (sure if p.required else may)[p.name] = whole
+        number = st.integers(1, COUNT[p.name]) if p.whole else st.floats(p.low, p.high)
+        (sure if p.required else may)[p.name] = st.sampled_from(p.options) if p.options else number
     return st.fixed_dictionaries({"name": st.just(name), **sure}, optional=may)
 
 
@@ -104,7 +108,7 @@ def test_notes_of_a_diagnosis_are_no_parameters(name):
 @every
 def test_bounds_hold(name):
     kind = EFFECTS[name]
-    for p in parameters(kind):
+    for p in (p for p in parameters(kind) if not p.options):
         for bad in (p.low - 1.0, p.high + 1.0):
             with pytest.raises(SpecError) as refused:
                 kind(**{**values_of(kind), p.name: int(bad) if p.whole else bad})
@@ -121,6 +125,15 @@ def test_values_that_are_not_numbers_are_refused(name):
         with pytest.raises(SpecError, match="is not a") as refused:
             kind(**{**values_of(kind), p.name: bad})
         assert refused.value.what == f"{name}.{p.name}"
+
+
+@pytest.mark.parametrize(("word", "remedy"), [("c_axes", "did you mean c_axis?"), ("xyzzy", "choose from generating,")])
+def test_a_word_that_is_no_choice_brings_the_nearest_or_all(word, remedy):
+    with pytest.raises(SpecError, match="is not a choice") as refused:
+        effect_from_table(
+            {"name": "grinding_chatter", **values_of(EFFECTS["grinding_chatter"]), "constant_speed": word}
+        )
+    assert refused.value.remedy.startswith(remedy)
 
 
 @every
@@ -219,6 +232,10 @@ def test_every_effect_has_its_description_and_cure(name):
 def test_every_parameter_has_its_unit_and_every_size_its_tolerance(name):
     sizes = 0
     for p in parameters(EFFECTS[name]):
+        if p.options:
+            assert not p.required
+            assert len(set(p.options)) > 1
+            continue
         assert p.low < p.high
         if p.whole:
             assert p.name in PARTS
@@ -226,7 +243,7 @@ def test_every_parameter_has_its_unit_and_every_size_its_tolerance(name):
             continue
         if p.name in SHAPES:
             assert not p.required
-            assert not p.text.endswith("]")
+            assert p.text.endswith("[rad]") if p.name.endswith("_rad") else not p.text.endswith("]")
             continue
         unit = max((suffix for suffix in UNITS if p.name.endswith(suffix)), key=len, default=None)
         if unit is None:
@@ -257,6 +274,7 @@ def test_no_size_is_no_effect(name, case):
     assert none.series_compliance == drawn.series_compliance
     assert not np.any(none.series_twist(np.array([-1.0, 1.0]) * case.torque))
     assert (none.coulomb_torque, none.proportional_friction, none.encoder) == (0.0, 0.0, 0j)
+    assert (none.breakaway_torque, none.friction_spread) == (0.0, 0.0)
     assert (none.sun_shift, none.input_error) == (0j, 0j)
     for part in ("pin_shift", "pin_oversize", "eccentric_shift", "bore_shift", "crank_lead"):
         assert not getattr(none, part).any()

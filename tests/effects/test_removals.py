@@ -9,7 +9,16 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from cycloid_profile.effects._removals import OneLobe, PitchDeviationWave, Ramp, Shift, ToothForm, Wave
+from cycloid_profile.effects._removals import (
+    ArcLength,
+    OneLobe,
+    PitchDeviationWave,
+    PolarAngle,
+    Ramp,
+    Shift,
+    ToothForm,
+    Wave,
+)
 from cycloid_profile.geometry import Trochoid
 
 TROCHOID = Trochoid(40, 64.0, 1.3)
@@ -24,7 +33,9 @@ removals = st.one_of(
     st.builds(Wave, st.just(1.0), st.floats(3.0, 400.0), angles),
     st.builds(Shift, st.just(1.0), angles),
     st.builds(PitchDeviationWave, st.just(1.0), st.integers(0, 20).map(float), angles),
-    st.builds(Ramp, st.just(1.0), st.integers(0, 38)),
+    st.builds(Wave, st.just(1.0), st.integers(1, 20).map(float), angles, st.none(), st.just(PolarAngle(3.0))),
+    st.builds(Wave, st.just(1.0), st.integers(1, 20).map(float), angles, st.none(), st.just(ArcLength(3.0))),
+    st.builds(Ramp, st.just(1.0), st.floats(0.0, PERIOD)),
     st.builds(OneLobe, st.just(1.0), st.integers(0, 38)),
     st.builds(ToothForm, st.just(1.0), st.integers(1, 20), angles, st.sampled_from([-1, 0, 1])),
 )
@@ -87,7 +98,7 @@ def test_ramp_and_lobe_have_two_continuous_derivatives(kind, lobe):
 @pytest.mark.parametrize("first", [0, 5, 38])
 def test_a_ramp_falls_from_lobe_to_lobe_and_jumps_once(first):
     roots = 2.0 * math.pi * (first + np.arange(39))
-    at_roots = jet(Ramp(1.0, first), roots).value
+    at_roots = jet(Ramp(1.0, (2.0 * first - 1.0) * math.pi), roots).value
     # Half a lobe of 39 has gone by at the root of the first lobe, and half a lobe is left at the last.
     np.testing.assert_allclose(at_roots, -(np.arange(39) + 0.5) / 39.0, atol=1e-12)
 

@@ -123,8 +123,8 @@ def test_every_effect_can_be_a_tolerance_or_says_why_not(scattered):
         else:
             assert one.kind is kind
     assert refused == {
-        "coulomb_friction", "elastoslide_friction", "load_proportional_friction", "pin_support_compliance",
-        "crank_bearing_compliance",
+        "coulomb_friction", "elastoslide_friction", "stribeck_friction", "load_proportional_friction",
+        "pin_support_compliance", "crank_bearing_compliance",
     }  # fmt: skip
 
 
@@ -195,6 +195,7 @@ WRONG: dict[str, tuple[dict[str, Any], str, str]] = {
         {"name": "series_compliance", "stiffness_nm_per_arcmin": {"mean": 100.0, "plus_minus": 80.0}},
         "stiffness_nm_per_arcmin", "narrower",
     ),
+    "a shape that scatters": ({"name": "flank_wear", "amount_um": {}, "exponent": {}}, "exponent", "give its value"),
     "friction": ({"name": "coulomb_friction", "torque_nm": {}}, "name", "[[effects]]"),
     "friction by load": ({"name": "load_proportional_friction", "coefficient": {}}, "name", "[[effects]]"),
     "a property of the design": ({"name": "pin_support_compliance", "added_um_per_kn": {}}, "name", "[[effects]]"),

@@ -28,6 +28,7 @@ from cycloid_profile.effects import (
     Parameter,
     coordinates,
     parameters,
+    shape_choices,
 )
 from cycloid_profile.errors import CycloidError
 
@@ -36,8 +37,10 @@ IMPLAUSIBLE = 3.5  # prior widths: one of 2,000 normal sizes is larger
 # cases were validated without them (docs/diagnosis.md, "Limits").
 NOT_YET_PROPOSED = frozenset({
     "tooth_form_error", "pin_ring_three_lobed", "ring_mounting_ovality", "carrier_bore_error", "common_planet_runout",
-    "sun_runout", "input_runout", "nonlinear_series_compliance", "viscoelastic_creep", "elastoslide_friction",
+    "sun_runout", "input_runout", "elastoslide_friction", "stribeck_friction",
 })  # fmt: skip
+# Metal neither creeps nor softens at these loads.
+_OF_PLASTICS = frozenset({"nonlinear_series_compliance", "viscoelastic_creep"})
 # A displaced pin is an alias of a pin with another radius. The spectrum proposes the waves of chatter.
 ONLY_TOLERANCES = NOT_YET_PROPOSED | {"pin_position_error"}
 _NOT_LISTED = ONLY_TOLERANCES | {"grinding_chatter"}
@@ -110,7 +113,9 @@ class Candidate:
     def label(self) -> str:
         """Name with the choice of parts."""
         parts = ", ".join(
-            f"{key.replace('_', ' ')} {value:g}" for key, value in self.choice.items() if value is not None
+            f"{key.replace('_', ' ')} {value if isinstance(value, str) else f'{value:g}'}"
+            for key, value in self.choice.items()
+            if value is not None
         )
         return f"{self.name} ({parts})" if parts else self.name
 
@@ -168,6 +173,8 @@ def candidates(reducer: AsBuiltReducer, scanned: frozenset[int], curves: bool) -
     for kind in EFFECTS.values():
         if kind.name in _NOT_LISTED or (kind.location is not EffectLocation.FLANK and not curves):
             continue
+        if kind.name in _OF_PLASTICS and priors.quality != "printed":
+            continue
         for choice in _choices(kind, reducer, scanned, curves):
             candidate = candidate_of(kind, choice, priors)
             if _exists(candidate, reducer):
@@ -195,9 +202,10 @@ def places(library: Iterable[Candidate]) -> Counter[str]:
     return Counter(candidate.name for candidate in library)
 
 
-def chatter(waves: float, disc: int | None, priors: Priors) -> Candidate:
+def chatter(waves: float, disc: int | None, priors: Priors, constant_speed: str = "generating") -> Candidate:
     """Chatter with a number of waves per turn on a disc, counted from 1; None for all discs."""
-    return candidate_of(EFFECTS["grinding_chatter"], {"waves_per_turn": waves, "disc": disc}, priors)
+    choice = {"waves_per_turn": waves, "disc": disc, "constant_speed": constant_speed}
+    return candidate_of(EFFECTS["grinding_chatter"], choice, priors)
 
 
 def _choices(
@@ -221,9 +229,11 @@ def _choices(
         # A candidate on all discs is visible only if every disc was scanned.
         ranges["disc"] = [*([None] if len(scanned) == reducer.discs > 1 else []), *(j + 1 for j in sorted(scanned))]
     known = {p.name: p for p in parameters(kind)}
-    names = [name for name in ranges if name in known]
+    # A removal of both flanks may be on one; the validated library has it on both.
+    names = [name for name in ranges if name in known and not (name == "flank" and known[name].optional)]
     for values in product(*(_sensible(known[name], ranges[name]) for name in names)):
-        yield dict(zip(names, values, strict=True))
+        for shape in shape_choices(kind):
+            yield dict(zip(names, values, strict=True)) | shape
 
 
 def _sensible(parameter: Parameter, values: list[Any]) -> list[Any]:

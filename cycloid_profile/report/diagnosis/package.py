@@ -118,7 +118,8 @@ def _parameters(one: NamedEffect) -> list[tuple[str, str]]:
         value = one.parameters.get(parameter.name)
         if value is not None and parameter.name not in text.PARTS:
             error = one.uncertainty.get(parameter.name)
-            shown = text.with_uncertainty(value, error, sign_of(parameter.name))
+            of_a_word = text.readable(value) if isinstance(value, str) else None
+            shown = of_a_word or text.with_uncertainty(value, error, sign_of(parameter.name))
             values.append((re.sub(r" \[.*\]$", "", parameter.text), shown))
     return values
 

@@ -68,7 +68,10 @@ def part_text(one: SizedEffect) -> str:
     for key in PARTS:
         if key in known and (key in one.candidate.choice or known[key].optional):
             value = one.parameters.get(key)
-            texts.append(f"all {key}s" if value is None else f"{readable(key)} {value:g}")
+            if value is not None:
+                texts.append(f"{readable(key)} {value:g}")
+            elif key != "flank":  # both flanks are the rule
+                texts.append(f"all {key}s")
     return f" ({', '.join(texts)})" if texts else ""
 
 

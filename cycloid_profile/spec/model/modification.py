@@ -67,8 +67,8 @@ EFFECT_NAMES = frozenset({
     "carrier_bore_error", "series_compliance", "nonlinear_series_compliance", "viscoelastic_creep",
     "crank_bearing_compliance", "pin_support_compliance",
     # friction, drive train and sensor
-    "coulomb_friction", "elastoslide_friction", "load_proportional_friction", "planet_runout", "common_planet_runout",
-    "sun_runout", "input_runout", "encoder_eccentricity",
+    "coulomb_friction", "elastoslide_friction", "stribeck_friction", "load_proportional_friction", "planet_runout",
+    "common_planet_runout", "sun_runout", "input_runout", "encoder_eccentricity",
 })  # fmt: skip
 # Editors complete the name from the schema; the parameters of each effect are checked when it is built.
 _NAMED = {"properties": {"name": {"enum": sorted(EFFECT_NAMES)}}, "required": ["name"]}

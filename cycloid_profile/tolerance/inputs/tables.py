@@ -179,9 +179,11 @@ def _size_name(kind: type[Effect], given: Mapping[str, Any], fixed: Mapping[str,
     limit = f"scatters next to {sizes[0]}"
     refuse(len(sizes) > 1, f"{where}.{sizes[-1]}", "given", limit, "give one of them a number", " ")
     for name, p in known.items():
-        scatters = p.whole and name in given and name not in fixed
-        remedy = "give its number, or 'each' for all of them"
-        refuse(scatters, f"{where}.{name}", "given", "is a part and no size", remedy, " ")
+        scatters = p.tolerance is None and not p.is_angle and name in given and name not in fixed
+        limit, remedy = "is a part and no size", "give its number, or 'each' for all of them"
+        if not p.whole:
+            limit, remedy = "is a shape and no size", "give its value"
+        refuse(scatters, f"{where}.{name}", "given", limit, remedy, " ")
     return sizes[0]
 
 
