@@ -1,7 +1,7 @@
 """Noise of measured rows: autoregressive up to order two, estimated from the data; tail probabilities of noise.
 
-Effects appear as spectral lines, at low frequencies, or in few places. The rest of the spectrum contains noise only: its
-level and shape give standard deviation and correlation (docs/diagnosis.md, "Noise").
+Effects appear as spectral lines, at low frequencies, or in few places. The rest of the spectrum contains noise only:
+its level and shape give standard deviation and correlation (docs/diagnosis.md, "Noise").
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ _LEAST_RUN = 8  # rows
 _TREND = 3  # degree of the polynomial removed from a short run
 # Prior probability of an effect in an ordinate of the spectrum, in its low end, and the range of its power, e^14 = 10⁶.
 _SHARE, _SHARE_OF_LOW_END, _RANGE = 0.01, 0.5, 14.0
+_SHARES = np.array([0.01, 0.02, 0.04, 0.08, 0.16, 0.3, 0.5, 0.8])  # chosen by the data
 _BANDS = 96  # of the spectrum, in which ordinates are averaged
 _COSINE = np.cos(np.pi * (np.arange(_BANDS) + 0.5) / _BANDS)
 _BROAD_BANDS = 16
@@ -125,11 +126,7 @@ def _denominator(rho: FloatArray | float, partial: FloatArray | float, cosine: F
     """|1 − φ₁ e^{−iω} − φ₂ e^{−2iω}|² at cos ω, Box, Jenkins, Reinsel (2008), Eq. (3.2.29)."""
     first = rho * (1.0 - partial)
     value: FloatArray = (
-        1.0
-        + first**2
-        + partial**2
-        - 2.0 * first * (1.0 - partial) * cosine
-        - 2.0 * partial * (2.0 * cosine**2 - 1.0)
+        1.0 + first**2 + partial**2 - 2.0 * first * (1.0 - partial) * cosine - 2.0 * partial * (2.0 * cosine**2 - 1.0)
     )
     return np.maximum(value, 1e-12)
 
@@ -140,8 +137,8 @@ def estimate_noise(
     """Noise of rows in order, whatever effects the residual contains.
 
     Whittle likelihood of order 0, 1 and 2 on the spectrum of each run; the order has the least BIC. Each ordinate is
-    noise only, or noise and an effect of any size; the second has the prior probability ``_SHARE``, in the lowest
-    ``low_end`` of the spectrum one half.
+    noise only, or noise and an effect of any size. The shares of effects in the lowest ``low_end`` of the spectrum and
+    above it follow the data.
 
     Parameters
     ----------
@@ -155,7 +152,8 @@ def estimate_noise(
     if sum(one.power.size for one in ordinates) < _LEAST_ROWS:
         spread = float(np.std(residual)) if residual.size > 1 else 1.0
         return Noise(stated if stated is not None else max(spread, 1e-12))
-    spectrum = _Ordinates(*(np.concatenate(parts) for parts in zip(*(one.arrays for one in ordinates), strict=True)))
+    parts = ("omega", "power", "freedom", "weight", "low", "effect")
+    spectrum = _Ordinates(*(np.concatenate([getattr(one, part) for one in ordinates]) for part in parts))
     spectrum = spectrum.without_stop_band()
     found = spectrum.best_noise()
     for _ in range(0 if found.is_white or all(run.size >= _LONG for run in runs) else _REPEATS):
@@ -200,11 +198,12 @@ def _ordinates(run: FloatArray, low_end: float) -> _Ordinates:
     else:
         power = dct(run, norm="ortho") ** 2
     omega = np.pi * np.arange(power.size) / power.size
-    effect = np.where(omega < low_end * np.pi, _SHARE_OF_LOW_END, _SHARE)
+    low = omega < low_end * np.pi
+    effect = np.where(low, _SHARE_OF_LOW_END, _SHARE)
     # Neighbouring ordinates of a Hann taper share half their information.
     freedom, weight = (2.0, 0.5) if long else (1.0, 1.0)
     ones = np.ones(power.size)
-    return _Ordinates(*(x[_TREND + 1 :] for x in (omega, power, freedom * ones, weight * ones, effect)))
+    return _Ordinates(*(x[_TREND + 1 :] for x in (omega, power, freedom * ones, weight * ones, low, effect)))
 
 
 def _bias_of_run(n: int, noise: Noise) -> FloatArray:
@@ -228,33 +227,30 @@ def _bias_of_run(n: int, noise: Noise) -> FloatArray:
 class _Ordinates:
     """Spectrum at ``omega`` [rad per row]: ``power``, a variance per row with ``freedom`` degrees of freedom.
 
-    ``weight``: independent share of each. ``effect``: prior probability of an effect in it. Arrays of shape
-    (ordinates,).
+    ``weight``: independent share of each. ``low``: whether it lies in the low end. ``effect``: prior probability of an
+    effect in it. Arrays of shape (ordinates,).
     """
 
     omega: FloatArray
     power: FloatArray
     freedom: FloatArray
     weight: FloatArray
+    low: BoolArray
     effect: FloatArray
-
-    @property
-    def arrays(self) -> tuple[FloatArray, ...]:
-        return self.omega, self.power, self.freedom, self.weight, self.effect
 
     def without_stop_band(self) -> _Ordinates:
         """The spectrum of filtered rows with a white floor: no autoregression of order two follows a stop band."""
         band = (self.omega * (_BROAD_BANDS / np.pi)).astype(np.intp)
         own = self.power / _median_of_noise(self.freedom)
-        levels = np.array([np.median(own[band == i]) for i in np.unique(band[self.effect <= _SHARE])])
+        levels = np.array([np.median(own[band == i]) for i in np.unique(band[~self.low])])
         if levels.size < 2 or np.min(levels) > _STOPPED * np.max(levels):
             return self
         return replace(self, power=self.power + _FLOOR * float(np.max(levels)))
 
     def best_noise(self) -> Noise:
         """Noise of the order with the least BIC."""
-        above = self.effect <= _SHARE
-        levels = (self.power / _median_of_noise(self.freedom))[above if np.any(above) else slice(None)]
+        above = ~self.low
+        levels = (self.power / _median_of_noise(self.freedom))[above]
         rows = float(np.sum(self.freedom * self.weight))
         best, least = Noise(1.0), math.inf
         for order in range(3):
@@ -268,14 +264,23 @@ class _Ordinates:
 
     def _fitted(self, start: Noise, order: int, first: FloatArray) -> tuple[Noise, float]:
         """Noise of one order from ``first`` shares of the ordinates, and −2 ln L (expectation maximisation)."""
-        noise = start
+        noise, spectrum = start, self
         for i in range(_ROUNDS):
-            pure, _ = self._pure(noise)
-            fresh = self._banded(first * pure if i < 2 else pure, order)
+            pure, _ = spectrum._pure(noise)
+            fresh = spectrum._banded(first * pure if i < 2 else pure, order)
             if fresh == noise and i > 2:
                 break
-            noise = fresh
-        return noise, self._pure(noise)[1]
+            noise, spectrum = fresh, spectrum._with_share_of(pure)
+        return noise, spectrum._pure(noise)[1]
+
+    def _with_share_of(self, pure: FloatArray) -> _Ordinates:
+        """The shares of effects, in the low end and above it, that follow from the probabilities ``pure``."""
+        effect = np.empty(self.effect.size)
+        for part in (self.low, ~self.low):
+            if np.any(part):
+                found = max(float(np.mean(1.0 - pure[part])), _SHARES[0])
+                effect[part] = _SHARES[int(np.argmin(np.abs(np.log(_SHARES / found))))]
+        return replace(self, effect=effect)
 
     def _pure(self, noise: Noise) -> tuple[FloatArray, float]:
         """Probability that each ordinate is noise only, and −2 ln L."""

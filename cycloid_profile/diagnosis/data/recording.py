@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
+from cycloid_profile.diagnosis.data.drift import loop_drift, turn_drift
 from cycloid_profile.diagnosis.data.noise import Noise, estimate_noise, gross_errors, local_noise, run_starts
 from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.errors import MeasurementError
@@ -25,7 +26,7 @@ from cycloid_profile.rig import (
     predict_curve,
     register_scan,
 )
-from cycloid_profile.units import NEWTON_METRE, UM
+from cycloid_profile.units import DEGREE, NEWTON_METRE, UM
 
 # Accuracy of the simulation in the unit of the column: docs/diagnosis.md, "Accuracy of the simulation".
 SIMULATION_ACCURACY = {
@@ -48,7 +49,7 @@ _LOOP_BLOCK = 5  # rows
 _HELD_OUT = 5  # one block in five
 # Rows of a scan from which neighbours are averaged: 0.02 mm on the flank of an RV-40E, a tenth of a contact width.
 MOST_ROWS = 20_000
-_GAP = 5.0  # times the usual spacing: larger gaps separate groups
+_GAP = 2.0  # times the usual length of a group: larger gaps separate groups
 FEW_LOBES = 0.5  # share of the lobes: fewer show no waves round the disc
 _FEW_ERRORS = 5  # up to this number, notes give their locations
 
@@ -60,8 +61,8 @@ class Recording:
     ``rows``: rows in use, ordered along the disc, the angle or the loop. ``held_out``: mask of ``rows`` kept for the
     check. ``disc``: scanned disc, counted from 0. ``placed``: first registration of a scan. ``lobes_indexed``: its lobe
     index is fixed. ``predicted``: first prediction of a curve. ``notes``: sentences about the data. ``lobes_covered``:
-    number of lobes that a scan shows. ``drift``: standard deviation of a drift from the middle to either end of a curve,
-    in the unit of the column; 0 if the rows show none.
+    number of lobes that a scan shows. ``drift``: standard deviation of a drift, from the middle to either end of a
+    curve, in the unit of the column; 0 if the rows show none.
     """
 
     measurement: Measurement
@@ -135,7 +136,8 @@ def _scan_recording(reducer: AsBuiltReducer, measurement: Measurement, disc: int
     notes = []
     spacing = np.diff(along[rows])
     repeated = np.concatenate([[False], spacing < 0.02 * float(np.median(spacing))])
-    if np.count_nonzero(repeated):
+    # Noise along the flank places points of a dense scan together by chance; they are averaged.
+    if np.any(repeated) and rows.size < 2 * MOST_ROWS:
         notes.append(f"{np.count_nonzero(repeated)} points repeat a position and are omitted")
         rows = rows[~repeated]
     residual = placed.removal[rows] / UM
@@ -199,7 +201,7 @@ def averaged_scan(measurement: Measurement, placed: RegisteredScan, rows: IntArr
     """
     tooth = placed.tooth
     along = np.unwrap(placed.along[rows], period=tooth.trochoid.phase_period)
-    gap = np.concatenate([[True], np.diff(along) > _GAP * float(np.median(np.diff(along)))])
+    gap = np.concatenate([[True], np.diff(along) > _GAP * cell * float(np.median(np.diff(along)))])
     run = np.cumsum(gap) - 1
     number = np.arange(rows.size) - np.flatnonzero(gap)[run]
     size = np.bincount(run)
@@ -273,4 +275,19 @@ def _curve_recording(reducer: AsBuiltReducer, measurement: Measurement) -> Recor
         notes.append(f"{np.count_nonzero(erroneous)} reading errors are omitted")
         rows, block = rows[~erroneous], block[~erroneous]
     noise = estimate_noise(residual[rows], rows, measurement.stated_noise)
-    return Recording(measurement, 0, rows, block % _HELD_OUT == 2, noise, tuple(notes), predicted=predicted)
+    drift = _drift(reducer, measurement, residual[rows], rows, noise)
+    if drift:
+        notes.append("the rows drift from the first to the last; a line is fitted with the effects")
+    held_out = block % _HELD_OUT == 2
+    return Recording(measurement, 0, rows, held_out, noise, tuple(notes), predicted=predicted, drift=drift)
+
+
+def _drift(
+    reducer: AsBuiltReducer, measurement: Measurement, residual: FloatArray, rows: IntArray, noise: Noise
+) -> float:
+    """Prior width of the drift of a curve, in the unit of its column."""
+    if measurement.kind is HYSTERESIS:
+        return loop_drift(residual, measurement["torque_nm"][rows], rows, noise)
+    trochoid = reducer.case.drive.trochoid
+    multiples = np.concatenate([np.arange(1, 4) * count for count in (trochoid.lobes, trochoid.pins)])
+    return turn_drift(residual, measurement["output_angle_deg"][rows] * DEGREE, noise, list(multiples))
