@@ -89,9 +89,10 @@ def _width(
     if energy < _APART * float(np.sum(drift**2)):
         return 0.0
     amount = float(own @ left) / energy
-    # Effects that the columns do not describe raise the error above that of the noise.
-    rest = left - amount * own
-    error = math.sqrt(max(float(rest @ rest) / (residual.size - A.shape[1]), 1.0) / energy)
+    # Slow effects that the columns do not describe raise the error above that of the noise; lines elsewhere do not.
+    slow = np.abs(np.fft.rfft(left - amount * own))[_ORDERS + 1 : 5 * _ORDERS] ** 2 / residual.size
+    level = float(np.median(slow)) / math.log(2.0) if slow.size else 1.0
+    error = math.sqrt(max(level, 1.0) / energy)
     return _WIDTH * abs(amount) if abs(amount) > _SIGNIFICANT * error else 0.0
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cache
 from typing import TypeVar, cast
 
@@ -152,8 +152,9 @@ def estimate_noise(
     if sum(one.power.size for one in ordinates) < _LEAST_ROWS:
         spread = float(np.std(residual)) if residual.size > 1 else 1.0
         return Noise(stated if stated is not None else max(spread, 1e-12))
-    parts = ("omega", "power", "freedom", "weight", "low", "effect")
-    spectrum = _Ordinates(*(np.concatenate([getattr(one, part) for one in ordinates]) for part in parts))
+    spectrum = _Ordinates(
+        *(np.concatenate([getattr(one, part.name) for one in ordinates]) for part in fields(_Ordinates))
+    )
     spectrum = spectrum.without_stop_band()
     found = spectrum.best_noise()
     for _ in range(0 if found.is_white or all(run.size >= _LONG for run in runs) else _REPEATS):
@@ -202,8 +203,9 @@ def _ordinates(run: FloatArray, low_end: float) -> _Ordinates:
     effect = np.where(low, _SHARE_OF_LOW_END, _SHARE)
     # Neighbouring ordinates of a Hann taper share half their information.
     freedom, weight = (2.0, 0.5) if long else (1.0, 1.0)
-    ones = np.ones(power.size)
-    return _Ordinates(*(x[_TREND + 1 :] for x in (omega, power, freedom * ones, weight * ones, low, effect)))
+    kept = slice(_TREND + 1, None)
+    size = power[kept].size
+    return _Ordinates(omega[kept], power[kept], np.full(size, freedom), np.full(size, weight), low[kept], effect[kept])
 
 
 def _bias_of_run(n: int, noise: Noise) -> FloatArray:
@@ -292,8 +294,9 @@ class _Ordinates:
         """Maximum of the likelihood of the ordinates with weights ``pure``, averaged in bands."""
         band = np.minimum((self.omega * (_BANDS / np.pi)).astype(np.intp), _BANDS - 1)
         own = self.freedom * self.weight * pure
-        weight = np.bincount(band, own, _BANDS)
-        power = np.bincount(band, own * self.power / _mean_of_pure(self.freedom, self.effect), _BANDS)
+        weight: FloatArray = np.bincount(band, own, _BANDS).astype(np.float64)
+        sums = np.bincount(band, own * self.power / _mean_of_pure(self.freedom, self.effect), _BANDS)
+        power: FloatArray = sums.astype(np.float64)
         rows = max(float(np.sum(weight)), 1e-9)
         rho = partial = 0.0
         if order > 0:
