@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cycloid_profile.diagnosis.data.drift import loop_drift, turn_drift
+from cycloid_profile.diagnosis.data._drift import loop_drift, turn_drift
 from cycloid_profile.diagnosis.data.noise import Noise
 
 ROWS = 3000

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
-from cycloid_profile.diagnosis.data.drift import loop_drift, turn_drift
+from cycloid_profile.diagnosis.data._drift import loop_drift, turn_drift
 from cycloid_profile.diagnosis.data.noise import Noise, estimate_noise, gross_errors, local_noise, run_starts
 from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.errors import MeasurementError
