@@ -19,7 +19,7 @@ from cycloid_profile.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 Values = TypeVar("Values", FloatArray, ComplexArray)
 
 # Variance of the estimated variance, relative, times the number of rows; largest of the table in docs/diagnosis.md.
-SCATTER_OF_ESTIMATE = 6.0
+SCATTER_OF_ESTIMATE = 8.0
 # Larger differences, in standard deviations, are steps, pits or slips.
 _CLIPPED = 4.5
 _LEAST_ROWS = 12  # third differences of fewer rows give no spread
