@@ -35,7 +35,7 @@ def block() -> Whitened:
     text = scan(Reducer(), [WAVE], noise=Noise(0.3), seed=7)
     recording = record(reducer, parse_measurement(text, "scan.csv"))
     # Includes distant rows, because some are held out.
-    return Whitened(Residuals(replace(recording, noise=replace(recording.noise, rho=0.0)), reducer))
+    return Whitened(Residuals(replace(recording, noise=replace(recording.noise, rho=0.0, partial=0.0)), reducer))
 
 
 @pytest.mark.parametrize(("first", "step", "count"), [(13.0, 0.5, 700), (492.3, 0.02, 51), (800.0, 0.5, 3)])

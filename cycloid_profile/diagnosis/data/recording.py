@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
-from cycloid_profile.diagnosis.data.noise import Noise, gross_errors, local_noise, spectral_noise
+from cycloid_profile.diagnosis.data._drift import loop_drift, turn_drift
+from cycloid_profile.diagnosis.data.noise import Noise, estimate_noise, gross_errors, local_noise, run_starts
 from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.errors import MeasurementError
 from cycloid_profile.measurement import (
@@ -25,7 +26,7 @@ from cycloid_profile.rig import (
     predict_curve,
     register_scan,
 )
-from cycloid_profile.units import NEWTON_METRE, UM
+from cycloid_profile.units import DEGREE, NEWTON_METRE, UM
 
 # Accuracy of the simulation in the unit of the column: docs/diagnosis.md, "Accuracy of the simulation".
 SIMULATION_ACCURACY = {
@@ -46,6 +47,10 @@ _BLOCKS_PER_LOBE = 6
 _BLOCKS_PER_TURN = 60  # of 6°, two thirds of a pin pitch of 40 pins
 _LOOP_BLOCK = 5  # rows
 _HELD_OUT = 5  # one block in five
+# Rows of a scan from which neighbours are averaged: 0.02 mm on the flank of an RV-40E, a tenth of a contact width.
+MOST_ROWS = 20_000
+_GAP = 2.0  # times the usual length of a group: larger gaps separate groups
+FEW_LOBES = 0.5  # share of the lobes: fewer show no waves round the disc
 _FEW_ERRORS = 5  # up to this number, notes give their locations
 
 
@@ -55,7 +60,9 @@ class Recording:
 
     ``rows``: rows in use, ordered along the disc, the angle or the loop. ``held_out``: mask of ``rows`` kept for the
     check. ``disc``: scanned disc, counted from 0. ``placed``: first registration of a scan. ``lobes_indexed``: its lobe
-    index is fixed. ``predicted``: first prediction of a curve. ``notes``: sentences about the data.
+    index is fixed. ``predicted``: first prediction of a curve. ``notes``: sentences about the data. ``lobes_covered``:
+    number of lobes that a scan shows. ``drift``: standard deviation of a drift, from the middle to either end of a
+    curve, in the unit of the column; 0 if the rows show none.
     """
 
     measurement: Measurement
@@ -67,6 +74,8 @@ class Recording:
     placed: RegisteredScan | None = None
     predicted: CurvePrediction | None = None
     lobes_indexed: bool = False
+    lobes_covered: int = 0
+    drift: float = 0.0
 
     @property
     def kind(self) -> MeasurementKind:
@@ -90,8 +99,8 @@ class Recording:
 
     def starts(self, chosen: BoolArray) -> BoolArray:
         """Mask of the ``chosen`` rows without a predecessor, shape (chosen rows,)."""
-        place = np.flatnonzero(chosen)
-        return np.concatenate([[True], np.diff(place) > 1])
+        # Omitted rows separate their neighbours: rows near zero torque, reading errors.
+        return run_starts(np.flatnonzero(chosen)) | run_starts(self.rows[chosen])
 
 
 def record(reducer: AsBuiltReducer, measurement: Measurement, disc: int = 0) -> Recording:
@@ -121,13 +130,14 @@ def _scan_recording(reducer: AsBuiltReducer, measurement: Measurement, disc: int
     if not 0 <= disc < reducer.discs:
         raise MeasurementError("disc", disc + 1, f"is not one of the {reducer.discs} discs", "count from 1")
     tooth = reducer.teeth[disc]
-    placed = register_scan(tooth, measurement)
+    placed = register_scan(tooth, measurement, thinned_rows(measurement.rows))
     along = np.mod(placed.along + np.pi, tooth.trochoid.phase_period)
     rows = np.argsort(along, kind="stable")
     notes = []
     spacing = np.diff(along[rows])
     repeated = np.concatenate([[False], spacing < 0.02 * float(np.median(spacing))])
-    if np.count_nonzero(repeated):
+    # Noise along the flank places points of a dense scan together by chance; they are averaged.
+    if np.any(repeated) and rows.size < 2 * MOST_ROWS:
         notes.append(f"{np.count_nonzero(repeated)} points repeat a position and are omitted")
         rows = rows[~repeated]
     residual = placed.removal[rows] / UM
@@ -138,19 +148,73 @@ def _scan_recording(reducer: AsBuiltReducer, measurement: Measurement, disc: int
         where = f", on lobe {hit}: a pit narrower than the point spacing looks the same" if count <= _FEW_ERRORS else ""
         notes.append(f"{count} reading errors are omitted{where}")
         rows = rows[~erroneous]
-        keep = np.zeros(along.size, dtype=bool)
-        keep[rows] = True
-        placed = register_scan(tooth, measurement, keep, placed)
-    noise = spectral_noise(placed.removal[rows] / UM, measurement.number("noise_um"))
-    points = np.bincount(placed.lobe[rows].astype(int), minlength=tooth.trochoid.lobes)
-    # A lobe that was not scanned may contain a point of its neighbour, at the tip.
-    lobes = int(np.count_nonzero(points > 0.25 * np.median(points[points > 0])))
-    if lobes < tooth.trochoid.lobes:
-        notes.append(f"{tooth.trochoid.lobes - lobes} of {tooth.trochoid.lobes} lobes were not scanned")
     if rows.size > 2 and float(np.median(np.diff(np.unwrap(np.angle(placed.placed))))) > 0.0:
         notes.append("the points run anticlockwise; their order was reversed")
+    stated = measurement.stated_noise
+    cell = rows.size // MOST_ROWS
+    if cell > 1:
+        if stated is not None:
+            stated = estimate_noise(residual[~erroneous], np.arange(rows.size), stated).averaged(cell).sigma
+        notes.append(f"{rows.size} points are averaged in groups of {cell} neighbours")
+        measurement = averaged_scan(measurement, placed, rows, cell)
+        rows = np.arange(measurement.rows)
+    keep = np.zeros(measurement.rows, dtype=bool)
+    keep[rows] = True
+    if cell > 1 or np.any(erroneous):
+        placed = register_scan(tooth, measurement, keep, placed)
+    along = np.mod(placed.along + np.pi, tooth.trochoid.phase_period)
+    noise = estimate_noise(placed.removal[rows] / UM, np.arange(rows.size), stated)
+    points = np.bincount(placed.lobe[rows].astype(int), minlength=tooth.trochoid.lobes)
+    # A lobe that was not scanned may contain a point of its neighbour, at the tip.
+    covered = int(np.count_nonzero(points > 0.25 * np.median(points[points > 0])))
+    if covered < tooth.trochoid.lobes:
+        notes.append(_partial_scan_note(covered, tooth.trochoid.lobes))
     block = np.floor(along[rows] / (2.0 * np.pi) * _BLOCKS_PER_LOBE).astype(int)
-    return Recording(measurement, disc, rows, block % _HELD_OUT == 2, noise, tuple(notes), placed)
+    held_out = block % _HELD_OUT == 2
+    return Recording(measurement, disc, rows, held_out, noise, tuple(notes), placed, lobes_covered=covered)
+
+
+def _partial_scan_note(covered: int, lobes: int) -> str:
+    """What a scan of ``covered`` lobes cannot show."""
+    note = f"{lobes - covered} of {lobes} lobes were not scanned"
+    if covered < FEW_LOBES * lobes:
+        note += (
+            f": {covered} lobes do not tell errors round the disc (runout, oval, pitch, wear of the wheel) from each"
+            " other or from the form of all lobes; scan the whole disc"
+        )
+    return note
+
+
+def thinned_rows(count: int, most: int = MOST_ROWS) -> BoolArray | None:
+    """Mask of at most about ``most`` evenly spaced rows; None if there are no more."""
+    if count < 2 * most:
+        return None
+    chosen = np.zeros(count, dtype=bool)
+    chosen[:: count // most] = True
+    return chosen
+
+
+def averaged_scan(measurement: Measurement, placed: RegisteredScan, rows: IntArray, cell: int) -> Measurement:
+    """The scan with ``cell`` neighbouring points each replaced by one with their mean position and mean removal.
+
+    ``rows``: order along the disc. No group crosses a gap; its last points, fewer than ``cell``, are omitted.
+    """
+    tooth = placed.tooth
+    along = np.unwrap(placed.along[rows], period=tooth.trochoid.phase_period)
+    gap = np.concatenate([[True], np.diff(along) > _GAP * cell * float(np.median(np.diff(along)))])
+    run = np.cumsum(gap) - 1
+    number = np.arange(rows.size) - np.flatnonzero(gap)[run]
+    size = np.bincount(run)
+    kept = number < (size[run] // cell) * cell
+    middle = along[kept].reshape(-1, cell).mean(axis=1)
+    removal = placed.removal[rows][kept].reshape(-1, cell).mean(axis=1)
+    lobe = np.round(middle / (2.0 * np.pi))
+    phase, which = middle - 2.0 * np.pi * lobe, np.mod(lobe, tooth.trochoid.lobes)
+    # The mean of points on a curved flank lies inside it: the group is placed at its mean distance from the tooth.
+    at = tooth.at(phase, None, None if tooth.identical_lobes else which)
+    point = (at.position - removal * at.normal) * np.exp(-2j * np.pi * which / tooth.trochoid.lobes)
+    z = point * np.exp(1j * placed.turn) + placed.shift
+    return replace(measurement, columns={"x_mm": z.real, "y_mm": z.imag})
 
 
 def _usable_rows(torque: FloatArray, angle: FloatArray, rated: float) -> BoolArray:
@@ -210,9 +274,20 @@ def _curve_recording(reducer: AsBuiltReducer, measurement: Measurement) -> Recor
     if np.any(erroneous):
         notes.append(f"{np.count_nonzero(erroneous)} reading errors are omitted")
         rows, block = rows[~erroneous], block[~erroneous]
-    stated = measurement.stated_noise
+    noise = estimate_noise(residual[rows], rows, measurement.stated_noise)
+    drift = _drift(reducer, measurement, residual[rows], rows, noise)
+    if drift:
+        notes.append("the rows drift from the first to the last; a line is fitted with the effects")
+    held_out = block % _HELD_OUT == 2
+    return Recording(measurement, 0, rows, held_out, noise, tuple(notes), predicted=predicted, drift=drift)
+
+
+def _drift(
+    reducer: AsBuiltReducer, measurement: Measurement, residual: FloatArray, rows: IntArray, noise: Noise
+) -> float:
+    """Prior width of the drift of a curve, in the unit of its column."""
     if measurement.kind is HYSTERESIS:
-        noise = local_noise(residual[rows], rows, stated)
-    else:
-        noise = spectral_noise(residual[rows], stated)
-    return Recording(measurement, 0, rows, block % _HELD_OUT == 2, noise, tuple(notes), predicted=predicted)
+        return loop_drift(residual, measurement["torque_nm"][rows], rows, noise)
+    trochoid = reducer.case.drive.trochoid
+    multiples = np.concatenate([np.arange(1, 4) * count for count in (trochoid.lobes, trochoid.pins)])
+    return turn_drift(residual, measurement["output_angle_deg"][rows] * DEGREE, noise, list(multiples))

@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray, IntArray
-from cycloid_profile.diagnosis.data.noise import Noise, local_noise, spectral_noise
+from cycloid_profile.diagnosis.data.noise import Noise, estimate_noise
 from cycloid_profile.diagnosis.data.recording import Recording
 from cycloid_profile.measurement import HYSTERESIS
 from cycloid_profile.units import UM
@@ -69,7 +69,7 @@ def _noise_between(one: Recording, other: Recording) -> Noise | None:
     if here.size < max(_ENOUGH * x.size, 8):
         return None
     difference = (values[here] - others[there]) / math.sqrt(2.0)
-    return local_noise(difference, number) if one.kind is HYSTERESIS else spectral_noise(difference)
+    return estimate_noise(difference, number, low_end=0.0)
 
 
 def _row(recording: Recording) -> tuple[FloatArray, FloatArray]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from cycloid_profile.arrays import ComplexArray, FloatArray
@@ -9,6 +11,7 @@ from cycloid_profile.diagnosis.data.noise import sidak
 from cycloid_profile.diagnosis.model.normal_equations import Whitened
 
 LEAST_WAVES = 13  # one more than the orders of form that ``detection`` tests one by one
+SHORTEST_WAVE = 0.25  # mm along the flank: the contact width bridges shorter waves
 PEAK = 0.01  # probability that noise alone produces a peak
 _APART = 2.0  # least distance of two peaks, in waves
 _TOGETHER = 64  # waves evaluated in one block
@@ -17,9 +20,10 @@ _TOGETHER = 64  # waves evaluated in one block
 def chatter_spectrum(block: Whitened, z: FloatArray | None = None) -> tuple[FloatArray, FloatArray]:
     """Numbers of waves round the disc in steps of one half, and the reduction of chi² by each wave.
 
-    Fewer than ``LEAST_WAVES`` waves are form errors.
+    Fewer than ``LEAST_WAVES`` waves are form errors. The contact bridges waves shorter than ``SHORTEST_WAVE``.
     """
-    highest = 0.45 * block.residuals.recording.rows.size
+    radius = block.residuals.reducer.case.drive.trochoid.pin_circle_radius
+    highest = min(0.45 * block.residuals.recording.rows.size, 2.0 * math.pi * radius / SHORTEST_WAVE)
     grid = np.arange(2.0 * LEAST_WAVES, 2.0 * highest) / 2.0
     return grid, wave_power(block, grid, z)
 
@@ -48,7 +52,7 @@ def peak_near(block: Whitened, waves: float, z: FloatArray) -> float:
 def wave_power(block: Whitened, grid: FloatArray, z: FloatArray | None = None) -> FloatArray:
     """Reduction of chi² by evenly spaced numbers of waves, shape of ``grid``."""
     z = block.projected(block.z) if z is None else z
-    if block.residuals.recording.noise.rho == 0.0:
+    if block.residuals.recording.noise.is_white:
         return power_in_white_noise(block, grid, z)
     return power_one_by_one(block, grid, z)
 

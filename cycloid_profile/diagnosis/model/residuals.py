@@ -15,7 +15,7 @@ from cycloid_profile.diagnosis.model.candidate import Candidate
 from cycloid_profile.diagnosis.model.flank_grid import FlankGrid
 from cycloid_profile.diagnosis.model.model_error import form_error, load_error, order_error
 from cycloid_profile.effects import AsBuiltReducer, removal_between
-from cycloid_profile.measurement import HYSTERESIS, LOST_MOTION_MAP, PROFILE_SCAN, TRANSMISSION_ERROR
+from cycloid_profile.measurement import HYSTERESIS, PROFILE_SCAN
 from cycloid_profile.rig import CurvePrediction, LinearisedCurve, predict_curves, register_scan
 from cycloid_profile.units import DEGREE, UM
 
@@ -30,7 +30,6 @@ _ACCURACIES = 2.0
 DATUM_ACCURACY_UM = 0.1  # origin of a scan whose datum is the bore
 _UNKNOWN = 1e6  # standard deviation of a free nuisance, far above ``_FREE``
 _NOTHING = np.zeros((1, 2))
-_DRIFT = {HYSTERESIS: 0.002, TRANSMISSION_ERROR: 0.02, LOST_MOTION_MAP: 0.0005}
 
 
 class Residuals:
@@ -71,7 +70,7 @@ class Residuals:
             self.first_order = LinearisedCurve(predicted)
             self.residual = measurement.value[rows] - predicted.value
             ramp = np.linspace(-1.0, 1.0, rows.size)
-            columns = [_DRIFT[recording.kind] * ramp]
+            columns = [recording.drift * ramp]
             if recording.kind.zero_unknown:
                 columns.append(np.full(rows.size, _UNKNOWN))
             self.nuisance = np.stack(columns, axis=1)

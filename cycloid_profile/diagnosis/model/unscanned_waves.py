@@ -17,14 +17,13 @@ import numpy as np
 from cycloid_profile.arrays import ComplexArray, FloatArray
 from cycloid_profile.diagnosis.data.noise import SCATTER_OF_ESTIMATE, sidak
 from cycloid_profile.diagnosis.model.candidate import Candidate
-from cycloid_profile.diagnosis.model.chatter_spectrum import LEAST_WAVES, cosine_and_sine, off_lobes
+from cycloid_profile.diagnosis.model.chatter_spectrum import LEAST_WAVES, SHORTEST_WAVE, cosine_and_sine, off_lobes
 from cycloid_profile.diagnosis.model.normal_equations import Whitened
 from cycloid_profile.measurement import PROFILE_SCAN
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-_SHORTEST = 0.25  # mm along the flank: the contact width bridges shorter waves
 _CELLS = 2**16  # of two revolutions of the disc
 # Waves evaluated from the rows, number of them evaluated on a fine grid, and their least distance.
 _PROPOSED, _LEADING, _APART = 12, 4, 2.0
@@ -83,7 +82,7 @@ class UnscannedWaves:
         """Largest number of waves tested: two rows for each wave, and no shorter than the contact resolves."""
         trochoid = self.blocks[0].residuals.reducer.case.drive.trochoid
         closest = min(float(np.median(np.diff(block.residuals.position))) for block in self.blocks)
-        return min(2.0 * math.pi * trochoid.pin_circle_radius / _SHORTEST, math.pi / closest)
+        return min(2.0 * math.pi * trochoid.pin_circle_radius / SHORTEST_WAVE, math.pi / closest)
 
     @property
     def excess(self) -> float:

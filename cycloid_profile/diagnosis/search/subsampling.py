@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from cycloid_profile.diagnosis.data.noise import Noise
 from cycloid_profile.diagnosis.data.recording import Recording
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
 from cycloid_profile.measurement import PROFILE_SCAN
@@ -33,7 +32,7 @@ def subsample(recording: Recording, rows: int, share: float = 0.0) -> Recording:
         recording,
         rows=chosen,
         held_out=np.zeros(chosen.size, dtype=bool),
-        noise=Noise(recording.noise.sigma, recording.noise.rho**step),
+        noise=recording.noise.thinned(step),
     )
 
 
