@@ -9,60 +9,76 @@ import numpy as np
 from cycloid_profile.arrays import ComplexArray, FloatArray
 from cycloid_profile.diagnosis.data.noise import sidak
 from cycloid_profile.diagnosis.model.normal_equations import Whitened
+from cycloid_profile.effects import GrindingChatter
 
 LEAST_WAVES = 13  # one more than the orders of form that ``detection`` tests one by one
 SHORTEST_WAVE = 0.25  # mm along the flank: the contact width bridges shorter waves
+SPEEDS = tuple(str(one) for one in GrindingChatter.shapes["constant_speed"])
+GENERATING = SPEEDS[0]
+AS_GOOD = 9.0  # of chi²: three standard deviations between two waves
 PEAK = 0.01  # probability that noise alone produces a peak
 _APART = 2.0  # least distance of two peaks, in waves
 _TOGETHER = 64  # waves evaluated in one block
 
 
-def chatter_spectrum(block: Whitened, z: FloatArray | None = None) -> tuple[FloatArray, FloatArray]:
+def chatter_spectrum(
+    block: Whitened, z: FloatArray | None = None, speed: str = GENERATING
+) -> tuple[FloatArray, FloatArray]:
     """Numbers of waves round the disc in steps of one half, and the reduction of chi² by each wave.
 
-    Fewer than ``LEAST_WAVES`` waves are form errors. The contact bridges waves shorter than ``SHORTEST_WAVE``.
+    ``speed``: motion of constant speed, in which the waves are even. Fewer than ``LEAST_WAVES`` waves are form errors.
+    The contact bridges waves shorter than ``SHORTEST_WAVE``.
     """
     radius = block.residuals.reducer.case.drive.trochoid.pin_circle_radius
     highest = min(0.45 * block.residuals.recording.rows.size, 2.0 * math.pi * radius / SHORTEST_WAVE)
     grid = np.arange(2.0 * LEAST_WAVES, 2.0 * highest) / 2.0
-    return grid, wave_power(block, grid, z)
+    return grid, wave_power(block, grid, z, speed)
 
 
-def chatter_peaks(block: Whitened, z: FloatArray | None = None, most: int = 3) -> list[float]:
+def even_in(block: Whitened, z: FloatArray) -> str:
+    """Motion of constant speed in which the strongest wave of a residual is even; the generating one unless another is
+    clearly better.
+    """
+    powers = {speed: float(np.max(chatter_spectrum(block, z, speed)[1], initial=0.0)) for speed in SPEEDS}
+    best = max(powers, key=lambda speed: powers[speed])
+    return best if powers[best] > powers[GENERATING] + AS_GOOD else GENERATING
+
+
+def chatter_peaks(block: Whitened, z: FloatArray | None = None, most: int = 3, speed: str = GENERATING) -> list[float]:
     """Numbers of waves of the strongest significant peaks, to a fiftieth of a wave."""
-    grid, power = chatter_spectrum(block, z)
+    grid, power = chatter_spectrum(block, z, speed)
     off = off_lobes(grid, block.residuals.reducer.case.drive.trochoid.lobes)
     found: list[float] = []
     for i in np.argsort(power)[::-1][:200]:
         if sidak(float(np.exp(-0.5 * power[i])), grid.size) > PEAK:
             break
         if off[i] > 1.0 and all(abs(grid[i] - other) > _APART for other in found):
-            found.append(peak_near(block, float(grid[i]), block.projected(block.z) if z is None else z))
+            found.append(peak_near(block, float(grid[i]), block.projected(block.z) if z is None else z, speed))
         if len(found) == most:
             break
     return found
 
 
-def peak_near(block: Whitened, waves: float, z: FloatArray) -> float:
+def peak_near(block: Whitened, waves: float, z: FloatArray, speed: str = GENERATING) -> float:
     """Strongest number of waves within half a wave of ``waves``, to a fiftieth."""
     near = waves + np.arange(-25, 26) / 50.0
-    return float(near[int(np.argmax(wave_power(block, near, z)))])
+    return float(near[int(np.argmax(wave_power(block, near, z, speed)))])
 
 
-def wave_power(block: Whitened, grid: FloatArray, z: FloatArray | None = None) -> FloatArray:
+def wave_power(block: Whitened, grid: FloatArray, z: FloatArray | None = None, speed: str = GENERATING) -> FloatArray:
     """Reduction of chi² by evenly spaced numbers of waves, shape of ``grid``."""
     z = block.projected(block.z) if z is None else z
     if block.residuals.recording.noise.is_white:
-        return power_in_white_noise(block, grid, z)
-    return power_one_by_one(block, grid, z)
+        return power_in_white_noise(block, grid, z, speed)
+    return power_one_by_one(block, grid, z, speed)
 
 
-def power_one_by_one(block: Whitened, grid: FloatArray, z: FloatArray) -> FloatArray:
+def power_one_by_one(block: Whitened, grid: FloatArray, z: FloatArray, speed: str = GENERATING) -> FloatArray:
     """The same for correlated noise; a simple reference implementation."""
     along, across = np.empty(grid.size, dtype=np.complex128), np.empty(grid.size, dtype=np.complex128)
     length = np.empty(grid.size)
-    step = block.residuals.waves(float(grid[1] - grid[0]))
-    wave = block.residuals.waves(float(grid[0]))
+    step = block.residuals.waves(float(grid[1] - grid[0]), speed)
+    wave = block.residuals.waves(float(grid[0]), speed)
     for k in range(grid.size):
         w = block.white(wave)
         along[k], across[k], length[k] = z @ w, np.sum(w * w), np.sum(np.abs(w) ** 2)
@@ -70,13 +86,15 @@ def power_one_by_one(block: Whitened, grid: FloatArray, z: FloatArray) -> FloatA
     return chi2_reduction(along, across, length, z.size)
 
 
-def power_in_white_noise(block: Whitened, grid: FloatArray, z: FloatArray) -> FloatArray:
+def power_in_white_noise(block: Whitened, grid: FloatArray, z: FloatArray, speed: str = GENERATING) -> FloatArray:
     """The same for white noise, six times as fast: products of block waves and waves within a block."""
     sigma = block.residuals.recording.noise.sigma
     first, step = float(grid[0]), float(grid[1] - grid[0])
-    within = np.stack([block.residuals.waves(step * k)[block.chosen] for k in range(min(_TOGETHER, grid.size))], axis=1)
+    within = np.stack(
+        [block.residuals.waves(step * k, speed)[block.chosen] for k in range(min(_TOGETHER, grid.size))], axis=1
+    )
     blocks = range(0, grid.size, within.shape[1])
-    apart = np.stack([block.residuals.waves(first + step * k)[block.chosen] for k in blocks])
+    apart = np.stack([block.residuals.waves(first + step * k, speed)[block.chosen] for k in blocks])
     along = ((apart * z) @ within).ravel()[: grid.size] / sigma
     across = ((apart * apart) @ (within * within)).ravel()[: grid.size] / sigma**2
     return chi2_reduction(along, across, np.full(grid.size, z.size / sigma**2), z.size)

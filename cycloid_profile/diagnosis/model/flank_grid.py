@@ -27,6 +27,7 @@ _INTERVALS_PER_FLANK = 32
 _SAMPLES_PER_INTERVAL = 3  # new ones; the fourth of a cubic is the first of the next interval
 # Interpolation error below 1 % of the amplitude.
 _SAMPLES_PER_WAVE = 10.0
+_SHORTER = 10.0  # times
 _MANY = 20  # candidates: tables of this size are cached
 
 
@@ -54,6 +55,8 @@ class FlankGrid:
     def sampled(self, candidate: Candidate) -> bool:
         """Whether the grid resolves the candidate: every flank effect except very short waves."""
         waves = float(candidate.choice.get("waves_per_turn", 0.0))
+        # Waves that are even in another motion than the generating one are shorter near the tips.
+        waves *= 1.0 if candidate.choice.get("constant_speed", "generating") == "generating" else _SHORTER
         return candidate.kind.location is EffectLocation.FLANK and waves * _SAMPLES_PER_WAVE < self._along.size
 
     def weights(self, row: IntArray, along: FloatArray, weight: FloatArray, rows: int) -> csr_array:

@@ -14,7 +14,7 @@ from cycloid_profile.diagnosis.data.recording import Recording
 from cycloid_profile.diagnosis.model.candidate import Candidate
 from cycloid_profile.diagnosis.model.flank_grid import FlankGrid
 from cycloid_profile.diagnosis.model.model_error import form_error, load_error, order_error
-from cycloid_profile.effects import AsBuiltReducer, removal_between
+from cycloid_profile.effects import AsBuiltReducer, chatter_angle, removal_between
 from cycloid_profile.measurement import HYSTERESIS, PROFILE_SCAN
 from cycloid_profile.rig import CurvePrediction, LinearisedCurve, predict_curves, register_scan
 from cycloid_profile.units import DEGREE, UM
@@ -49,6 +49,7 @@ class Residuals:
         self.recording, self.reducer = recording, reducer
         self.flank_grid = FlankGrid(reducer) if flank_grid is None else flank_grid
         self._columns: dict[Candidate, FloatArray] = {}
+        self._angles: dict[str, FloatArray] = {}
         self._weights: dict[int, list[tuple[csr_array, slice | IntArray]]] = {}
         rows, measurement = recording.rows, recording.measurement
         if recording.kind is PROFILE_SCAN:
@@ -162,11 +163,12 @@ class Residuals:
             found[:, c] = self._change(after) * (candidate.width / step)
         return found
 
-    def waves(self, number: float) -> ComplexArray:
-        """exp(i·number·t) along the disc of a scan, shape (rows,); t is the angle along the disc."""
-        # A non-integer number of waves has its step at the tip before lobe 0, as in the effect.
-        t = self.position - np.pi
-        wave: ComplexArray = np.exp(1j * number * t / self.placed.tooth.trochoid.lobes)
+    def waves(self, number: float, speed: str = "generating") -> ComplexArray:
+        """exp(i·number·t) along the disc of a scan, shape (rows,); t is the angle that ran at constant ``speed``."""
+        if speed not in self._angles:
+            # A non-integer number of waves has its step at the tip before lobe 0, as in the effect.
+            self._angles[speed] = chatter_angle(speed, self.placed.tooth, self.position - np.pi)
+        wave: ComplexArray = np.exp(1j * number * self._angles[speed])
         return wave
 
     def _change(self, after: AsBuiltReducer) -> FloatArray:

@@ -17,7 +17,13 @@ import numpy as np
 from cycloid_profile.arrays import ComplexArray, FloatArray
 from cycloid_profile.diagnosis.data.noise import SCATTER_OF_ESTIMATE, sidak
 from cycloid_profile.diagnosis.model.candidate import Candidate
-from cycloid_profile.diagnosis.model.chatter_spectrum import LEAST_WAVES, SHORTEST_WAVE, cosine_and_sine, off_lobes
+from cycloid_profile.diagnosis.model.chatter_spectrum import (
+    AS_GOOD,
+    LEAST_WAVES,
+    SHORTEST_WAVE,
+    cosine_and_sine,
+    off_lobes,
+)
 from cycloid_profile.diagnosis.model.normal_equations import Whitened
 from cycloid_profile.measurement import PROFILE_SCAN
 
@@ -34,7 +40,6 @@ _OFF_LOBES = (
 )
 _OF_MESH = 3  # multiples of the mesh order
 _GAIN = 2.0  # of chi²: least gain for a change of the number of waves
-AS_GOOD = 9.0  # of chi²: three standard deviations between two numbers of waves
 _AT_ONCE = 2_000_000  # pairs of pins
 # Least independence of cosine and sine; below it one of them replaces both.
 _ONE_OF_TWO = 0.1

@@ -8,12 +8,12 @@ import numpy as np
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.diagnosis.model.candidate import Candidate, chatter
-from cycloid_profile.diagnosis.model.chatter_spectrum import PEAK, chatter_peaks, peak_near
+from cycloid_profile.diagnosis.model.chatter_spectrum import AS_GOOD, PEAK, chatter_peaks, even_in, peak_near
 from cycloid_profile.diagnosis.model.exact_model import ExactModel, State
 from cycloid_profile.diagnosis.model.normal_equations import Whitened
 from cycloid_profile.diagnosis.model.optimum import Optimum
 from cycloid_profile.diagnosis.model.priors import priors_of
-from cycloid_profile.diagnosis.model.unscanned_waves import AS_GOOD, Peak, UnscannedWaves, unscanned
+from cycloid_profile.diagnosis.model.unscanned_waves import Peak, UnscannedWaves, unscanned
 from cycloid_profile.effects import GrindingChatter
 from cycloid_profile.measurement import PROFILE_SCAN
 
@@ -32,9 +32,11 @@ def waves_left(model: ExactModel, optimum: Optimum) -> list[Candidate]:
     for block in state.blocks:
         if block.residuals.recording.kind is PROFILE_SCAN:
             disc = block.residuals.recording.disc + 1
-            waves = chatter_peaks(block, _residual_after_fit(block, members))
+            left = _residual_after_fit(block, members)
+            speed = even_in(block, left)
+            waves = chatter_peaks(block, left, speed=speed)
             fresh = [n for n in waves if all(abs(n - other) > 1.0 for other in known)]
-            found += [chatter(n, one, priors) for n in fresh for one in ((disc, None) if turns else (disc,))]
+            found += [chatter(n, one, priors, speed) for n in fresh for one in ((disc, None) if turns else (disc,))]
     return found if known else [*found, *_under_pins(state, members)]
 
 
@@ -46,7 +48,9 @@ def refitted(model: ExactModel, optimum: Optimum) -> tuple[Candidate, ...]:
             others, state = _state_without(model, optimum, i)
             if state is not None:
                 waves, disc = float(member.choice["waves_per_turn"]), member.choice.get("disc")
-                members[i] = chatter(_refitted_waves(state, others, waves, disc), disc, priors_of(model.reducer))
+                speed = str(member.choice["constant_speed"])
+                waves = _refitted_waves(state, others, waves, disc, speed)
+                members[i] = chatter(waves, disc, priors_of(model.reducer), speed)
     return tuple(members)
 
 
@@ -73,12 +77,12 @@ def _state_without(model: ExactModel, optimum: Optimum, i: int) -> tuple[list[Ca
     return others, model.state(others, np.delete(optimum.u, [2 * i, 2 * i + 1]))
 
 
-def _refitted_waves(state: State, others: Sequence[Candidate], waves: float, disc: int | None) -> float:
+def _refitted_waves(state: State, others: Sequence[Candidate], waves: float, disc: int | None, speed: str) -> float:
     """Number of waves near ``waves`` that fits best given ``others``: from a scan that shows it, else from turns."""
     for block in state.blocks:
         recording = block.residuals.recording
         if recording.kind is PROFILE_SCAN and disc in (None, recording.disc + 1):
-            return peak_near(block, waves, _residual_after_fit(block, others))
+            return peak_near(block, waves, _residual_after_fit(block, others), speed)
     return UnscannedWaves(state.blocks, others, disc).near(waves) if unscanned(state.blocks) else waves
 
 
