@@ -129,6 +129,8 @@ def _check(kind: type[Effect]) -> None:
     need(not _NOTES & {p.name for p in known}, "has a reserved parameter", f"avoid {', '.join(sorted(_NOTES))}")
     sizes = [p for p in known if p.tolerance is not None]
     need(len(sizes) == 1, f"has {len(sizes)} sizes", "give it one size_field, and shape_field for other numbers")
+    zero = kind.linear_in_reciprocal or sizes[0].low <= 0.0 <= sizes[0].high
+    need(zero, "has a size that cannot be zero", "let its bounds include 0")
     whole = all(not p.required or p.tolerance is not None for p in known)
     need(whole, "needs more than its size", "give every other parameter a default")
 

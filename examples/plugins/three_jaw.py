@@ -24,9 +24,7 @@ class JawRemoval:
     corners: ClassVar[tuple[float, ...]] = ()  # it is smooth
     point_spacing: ClassVar[float | None] = None  # it is a formula
 
-    def derivatives(
-        self, phase: np.ndarray, side: np.ndarray, trochoid: cp.Trochoid
-    ) -> cp.geometry.RemovalDerivatives:
+    def derivatives(self, phase: np.ndarray, side: np.ndarray, trochoid: cp.Trochoid) -> cp.geometry.RemovalDerivatives:
         """Removal and its two derivatives by the phase, in the shape of ``phase``; equal on both flanks."""
         del side
         rate = JAWS / trochoid.lobes
