@@ -1,6 +1,6 @@
 """Effects of a user: how they are found, what is refused, and where they take part.
 
-The form of the example is h = A cos 3(θ − φ) with the polar angle θ = −ψ/z_c, so its values are written down here again.
+The form of the example is h = A cos 3(θ − φ) with the polar angle θ = −ψ/z_c, so its values are written here anew.
 """
 
 from __future__ import annotations
@@ -64,9 +64,9 @@ class OwnSpring(cp.effects.Effect):
 
 
 @pytest.fixture
-def plugin() -> Iterator[type[Effect]]:
-    with three_jaw() as kind:
-        yield kind
+def plugin() -> Iterator[None]:
+    with three_jaw():
+        yield
 
 
 @pytest.fixture(autouse=True)
@@ -81,7 +81,8 @@ def removal(reducer: AsBuiltReducer, case: LoadCase, disc: int, t: np.ndarray) -
     return removal_between(case.profile, reducer.teeth[disc], np.zeros_like(lobe), lobe)
 
 
-def test_the_example_removes_what_its_formula_says(plugin: type[Effect], case: LoadCase) -> None:
+@pytest.mark.usefixtures("plugin")
+def test_the_example_removes_what_its_formula_says(case: LoadCase) -> None:
     built = effect_from_table(TABLE).apply(as_drawn(case))
     lobe = np.arange(39.0)
     expected = 0.002 * np.cos(3.0 * (-2.0 * np.pi * lobe / 39.0 - np.radians(20.0)))
@@ -89,7 +90,8 @@ def test_the_example_removes_what_its_formula_says(plugin: type[Effect], case: L
     assert built.teeth[1] is case.profile
 
 
-def test_derivatives_of_the_example_are_those_of_its_values(plugin: type[Effect], case: LoadCase) -> None:
+@pytest.mark.usefixtures("plugin")
+def test_derivatives_of_the_example_are_those_of_its_values(case: LoadCase) -> None:
     (removed,) = effect_from_table(TABLE).apply(as_drawn(case)).teeth[0].removals
     psi, step = np.linspace(0.0, 200.0, 31), 1e-4
     low, at, high = (removed.derivatives(psi + d, np.ones_like(psi), case.drive.trochoid) for d in (-step, 0.0, step))
@@ -97,7 +99,8 @@ def test_derivatives_of_the_example_are_those_of_its_values(plugin: type[Effect]
     np.testing.assert_allclose(at.second, (high.first - low.first) / (2.0 * step), atol=1e-10)
 
 
-def test_without_a_disc_all_have_it_in_the_frame_of_the_carrier(plugin: type[Effect], case: LoadCase) -> None:
+@pytest.mark.usefixtures("plugin")
+def test_without_a_disc_all_have_it_in_the_frame_of_the_carrier(case: LoadCase) -> None:
     built = effect_from_table({key: value for key, value in TABLE.items() if key != "disc"}).apply(as_drawn(case))
     oval = effect_from_table({"name": "disc_oval", "amplitude_um": 2.0, "phase_deg": 20.0}).apply(as_drawn(case))
     for turned, waves in ((built, 3.0), (oval, 2.0)):
@@ -140,7 +143,7 @@ def broken(**changes: Any) -> type[Effect]:
         "location": EffectLocation.FLANK,
         "remedy": "",
         "amount_um": size_field("amount [µm]", 1.0, 0.0, 9.0),
-        "apply": lambda self, reducer: reducer,
+        "apply": lambda _, reducer: reducer,
     } | changes
     return type(body.pop("cls", "Broken"), (Effect,), {k: v for k, v in body.items() if v is not None})
 
@@ -252,7 +255,8 @@ def test_installed_names_come_from_metadata_alone(monkeypatch: pytest.MonkeyPatc
     assert parse_spec(RV40E + USED).effects[0]["name"] == NAME
 
 
-def test_the_diagnosis_has_it_in_its_library(plugin: type[Effect], case: LoadCase) -> None:
+@pytest.mark.usefixtures("plugin")
+def test_the_diagnosis_has_it_in_its_library(case: LoadCase) -> None:
     own = [one for one in candidates(as_drawn(case), frozenset({0}), True) if one.name == NAME]
     assert [one.choice for one in own] == [{"disc": None}, {"disc": 1}, {"disc": 2}]
     assert all(one.angle == "phase_deg" and one.waves == 3 for one in own)
@@ -268,14 +272,16 @@ def small_study(table: dict[str, Any]) -> Study:
 SCATTER = {"name": NAME, "each": "disc", "amplitude_um": {"plus_minus": 5.0}}
 
 
-def test_its_size_scatters_in_a_study(plugin: type[Effect]) -> None:
+@pytest.mark.usefixtures("plugin")
+def test_its_size_scatters_in_a_study() -> None:
     values = small_study(SCATTER).values(0)
     assert np.std(values) > 1e-3
     with pytest.raises(SpecError, match="--plugin"):
         small_study({**SCATTER, "name": "three_jaws"})
 
 
-def test_a_process_of_its_own_computes_the_same(plugin: type[Effect]) -> None:
+@pytest.mark.usefixtures("plugin")
+def test_a_process_of_its_own_computes_the_same() -> None:
     study = small_study(SCATTER)
     assert plugin_sources() == (str(THREE_JAW.resolve()),)
     # Spawned: it starts without the plug-in, as the worker of a cluster does.
@@ -285,7 +291,8 @@ def test_a_process_of_its_own_computes_the_same(plugin: type[Effect]) -> None:
     np.testing.assert_array_equal(values, study.values(1))
 
 
-def test_an_effect_of_a_script_cannot_go_to_a_worker(plugin: type[Effect], case: LoadCase) -> None:
+@pytest.mark.usefixtures("plugin")
+def test_an_effect_of_a_script_cannot_go_to_a_worker() -> None:
     register(frozen(broken(cls="Mine", __module__="__main__")))
     with pytest.raises(PluginError, match="workers cannot import"):
         plugin_sources()
@@ -324,7 +331,8 @@ def test_the_command_line_takes_it_by_its_option(tmp_path: Path, capsys: pytest.
     forget()
 
 
-def test_a_frozen_reducer_is_left_as_it_was(plugin: type[Effect], case: LoadCase) -> None:
+@pytest.mark.usefixtures("plugin")
+def test_a_frozen_reducer_is_left_as_it_was(case: LoadCase) -> None:
     reducer = as_drawn(case)
     before = replace(reducer)
     effect_from_table(TABLE).apply(reducer)
