@@ -1,6 +1,7 @@
 """Twist in series with the stage that is not proportional to its torque, and friction that gives way smoothly.
 
-Both are small frozen laws of the torque over a whole path of load (docs/theory.md, "Loops of real reducers").
+Small frozen laws of the torque over a whole path of load (docs/theory.md, "Loops of real reducers"; docs/effects.md,
+"Empirical").
 """
 
 from __future__ import annotations
