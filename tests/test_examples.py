@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import math
 import re
+import sys
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -161,11 +163,11 @@ def test_page_of_the_own_law_runs(capsys):
 def test_page_of_the_own_effect_runs(capsys):
     text = (ROOT / "docs" / "own-effect.md").read_text(encoding="utf-8")
     (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    names = {"__name__": "own_effect"}
-    exec(compile(code, "docs/own-effect.md", "exec"), names)
+    page = sys.modules["own_effect"] = ModuleType("own_effect")  # dataclasses look their module up
+    exec(compile(code, "docs/own-effect.md", "exec"), page.__dict__)
     (soft,) = (float(number) for number in re.findall(r"([\d.]+) N·m/′", capsys.readouterr().out))
-    cp = names["cp"]
-    alone = cp.rig.hysteresis_loop(cp.design.as_built_reducer(names["spec"].replace("effects", [])), points=100)
+    cp = page.cp
+    alone = cp.rig.hysteresis_loop(cp.design.as_built_reducer(page.spec.replace("effects", [])), points=100)
     # Springs in series; the page prints one decimal.
     stiff = alone.figures.torsional_rigidity * ARCMIN / NEWTON_METRE
     assert 1.0 / soft - 1.0 / stiff == pytest.approx(1.0 / 60.0, rel=3e-3)

@@ -5,7 +5,9 @@ The form of the example is h = A cos 3(θ − φ) with the polar angle θ = −�
 
 from __future__ import annotations
 
+import os
 import re
+import subprocess
 import sys
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
@@ -253,6 +255,29 @@ def test_installed_names_come_from_metadata_alone(monkeypatch: pytest.MonkeyPatc
 
     monkeypatch.setattr(names, "installed_effects", lambda: {NAME: Entry(AssertionError("imported"))})
     assert parse_spec(RV40E + USED).effects[0]["name"] == NAME
+
+
+INSTALLED = """
+import sys
+from cycloid_profile.spec import parse_spec
+spec = parse_spec(sys.argv[1])
+assert "workshop" not in sys.modules, "reading a spec imported it"
+from cycloid_profile.design import as_built_reducer
+assert as_built_reducer(spec).series_compliance > 0.0
+assert "workshop" in sys.modules
+"""
+
+
+def test_an_installed_package_needs_no_option(tmp_path: Path) -> None:
+    (tmp_path / "workshop.py").write_text(OWN, encoding="utf-8")
+    info = tmp_path / "workshop-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: workshop\nVersion: 1.0\n", encoding="utf-8")
+    entry = "[cycloid_profile.effects]\nown_spring = workshop:OwnSpring\n"
+    (info / "entry_points.txt").write_text(entry, encoding="utf-8")
+    paths = os.pathsep.join([str(tmp_path), str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")])
+    used = RV40E + "[[effects]]\nname = 'own_spring'\nstiffness = 2.0\n"
+    subprocess.run([sys.executable, "-c", INSTALLED, used], check=True, env={**os.environ, "PYTHONPATH": paths})
 
 
 @pytest.mark.usefixtures("plugin")
