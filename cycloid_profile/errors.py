@@ -70,6 +70,10 @@ class ToleranceError(CycloidError):
     """A tolerance study that cannot be run: no scheduler, no place for its samples."""
 
 
+class PluginError(CycloidError):
+    """A plug-in that cannot be loaded, or an effect of it that is incomplete."""
+
+
 def nearest_name(word: str, known: Iterable[str]) -> str | None:
     """The known name most like ``word``, None where none is."""
     return next(iter(difflib.get_close_matches(word, list(known), n=1, cutoff=0.4)), None)

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import pytest
 
+import cycloid_profile as cp
 from cycloid_profile.spec import read_spec
+from tests.plugins import forget
 from tests.script_modules import example
 
 
@@ -41,6 +43,22 @@ def test_scan_names_what_was_hidden(tmp_path, capsys):
     out = capsys.readouterr().out
     assert "with the effects added: agrees" in out
     assert "amplitude_um = 1.5" in out
+
+
+@pytest.mark.slow
+def test_an_effect_from_a_plugin_is_named_and_cancelled():
+    module = example("three_jaw_clamping")
+    (one,) = module.found.effects
+    for size in ("amplitude_um", "phase_deg"):
+        assert abs(one.parameters[size] - module.HIDDEN[size]) < 4.0 * one.uncertainty[size]
+    assert one.group == ("three_jaw_clamping",)
+    assert module.gap.held_out_after == pytest.approx(module.NOISE, rel=0.15)
+    assert module.corrected.rms_expected == pytest.approx(module.NOISE, rel=0.1)
+    # Without it, the library ends here.
+    forget()
+    blind = cp.diagnosis.diagnose(module.drawn, [module.scan])
+    assert blind.verdict == "unknown_effect"
+    assert all(near.share < 0.1 for near in blind.nearest)
 
 
 @pytest.mark.slow

@@ -9,12 +9,15 @@ from __future__ import annotations
 
 import math
 import re
+import sys
+from types import ModuleType
 
 import numpy as np
 import pytest
 
 from cycloid_profile.contact import SolveStatus
 from cycloid_profile.units import ARCMIN, ARCSEC, NEWTON_METRE, UM
+from tests.plugins import forget
 from tests.script_modules import ROOT, example
 
 EXAMPLES = ("quickstart", "article_rv40e", "compare_modifications", "own_contact_law", "elastic_disc", "crank_bearing")
@@ -23,7 +26,10 @@ S = math.sqrt(1.0 - K1**2)
 LONGEST_LEVER = 1.3 * 39
 
 
-@pytest.mark.parametrize("name", [*EXAMPLES, pytest.param("elastic_supports", marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "name",
+    [*EXAMPLES, *(pytest.param(one, marks=pytest.mark.slow) for one in ("elastic_supports", "three_jaw_clamping"))],
+)
 def test_example_draws_its_picture(name, tmp_path):
     from PIL import Image
 
@@ -106,11 +112,18 @@ def test_article_square_root():
     assert article.phase[np.argmax(article.delta_corrected)] == pytest.approx(math.acos(K1), abs=2e-3)
 
 
+@pytest.fixture(autouse=True)
+def _without_plugins():
+    yield
+    forget()
+
+
 PAGES = [
     ("articles", "article_rv40e"),
     ("own-law", "own_contact_law"),
     ("elastic-disc", "elastic_disc"),
     pytest.param("supports", "elastic_supports", marks=pytest.mark.slow),
+    pytest.param("own-effect", "three_jaw_clamping", marks=pytest.mark.slow),
 ]
 
 
@@ -145,6 +158,19 @@ def test_page_of_the_own_law_runs(capsys):
     exec(compile(code, "docs/own-law.md", "exec"), {})
     forces = [f"{load.max_force:.0f} N" for load in example("own_contact_law").loads.values()]
     assert re.findall(r"\d+ N", capsys.readouterr().out) == forces
+
+
+def test_page_of_the_own_effect_runs(capsys):
+    text = (ROOT / "docs" / "own-effect.md").read_text(encoding="utf-8")
+    (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    page = sys.modules["own_effect"] = ModuleType("own_effect")  # dataclasses look their module up
+    exec(compile(code, "docs/own-effect.md", "exec"), page.__dict__)
+    (soft,) = (float(number) for number in re.findall(r"([\d.]+) N·m/′", capsys.readouterr().out))
+    cp = page.cp
+    alone = cp.rig.hysteresis_loop(cp.design.as_built_reducer(page.spec.replace("effects", [])), points=100)
+    # Springs in series; the page prints one decimal.
+    stiff = alone.figures.torsional_rigidity * ARCMIN / NEWTON_METRE
+    assert 1.0 / soft - 1.0 / stiff == pytest.approx(1.0 / 60.0, rel=3e-3)
 
 
 def test_page_of_the_supports_runs():

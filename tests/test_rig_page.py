@@ -241,7 +241,7 @@ def test_python_of_the_page_runs(
 
 
 def _effects_in(block: str) -> list[dict[str, object]]:
-    tables: list[dict[str, object]] = tomllib.loads(block)["effects"]
+    tables: list[dict[str, object]] = tomllib.loads(block).get("effects", [])
     return tables
 
 

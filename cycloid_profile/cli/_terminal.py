@@ -14,10 +14,27 @@ from cycloid_profile.errors import MeasurementError
 
 if TYPE_CHECKING:
     from cycloid_profile.articles import PlainTable
+    from cycloid_profile.spec import Spec
 
 SpecFile = Annotated[Path, Parameter(help="Spec file (TOML).")]
 OutFolder = Annotated[Path | None, Parameter(help="Output folder, default exports/NAME of the spec file.")]
 Json = Annotated[bool, Parameter(negative=(), help="Print the result as one JSON object.")]
+
+Plugins = Annotated[
+    tuple[str, ...],
+    Parameter(negative=(), help="Module or .py file with effects of your own; may be repeated."),
+]
+
+
+def read_with_plugins(spec: Path, plugins: Sequence[str]) -> Spec:
+    """The spec file, after the plug-ins whose effects it may name; raises ``PluginError`` and ``SpecError``."""
+    from cycloid_profile.spec import read_spec
+
+    if plugins:
+        from cycloid_profile.effects import load_plugins
+
+        load_plugins(plugins)
+    return read_spec(spec)
 
 
 @contextmanager

@@ -5,27 +5,28 @@ from __future__ import annotations
 from cycloid_profile.cli._terminal import (
     Json,
     OutFolder,
+    Plugins,
     SpecFile,
     output_folder,
     print_json,
     print_tables,
     progress,
+    read_with_plugins,
     warn,
 )
 
 
-def accuracy(spec: SpecFile, /, *, out: OutFolder = None, json: Json = False) -> int:
+def accuracy(spec: SpecFile, /, *, out: OutFolder = None, json: Json = False, plugin: Plugins = ()) -> int:
     """Predict and draw backlash, lost motion, torsional rigidity and transmission error.
 
     Example: cycloid-profile accuracy examples/rv40e.toml --json
     """
     from cycloid_profile.design import design_disc, summary
     from cycloid_profile.report.design import save_accuracy_plot, terminal_tables, warnings
-    from cycloid_profile.spec import read_spec
 
     with progress() as show_step:
         show_step("loading the drive over one mesh cycle")
-        record = design_disc(read_spec(spec))
+        record = design_disc(read_with_plugins(spec, plugin))
         picture = save_accuracy_plot(record, output_folder(out, spec))
     figures = summary(record) | {"picture": str(picture)}
     if json:

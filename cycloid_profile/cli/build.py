@@ -5,16 +5,18 @@ from __future__ import annotations
 from cycloid_profile.cli._terminal import (
     Json,
     OutFolder,
+    Plugins,
     SpecFile,
     output_folder,
     print_json,
     print_tables,
     progress,
+    read_with_plugins,
     warn,
 )
 
 
-def build(spec: SpecFile, /, *, out: OutFolder = None, json: Json = False) -> int:
+def build(spec: SpecFile, /, *, out: OutFolder = None, json: Json = False, plugin: Plugins = ()) -> int:
     """Compute the tooth, compensate it, and write all files, pictures and the report.
 
     Example: cycloid-profile build examples/rv40e.toml --out exports/rv40e
@@ -22,12 +24,11 @@ def build(spec: SpecFile, /, *, out: OutFolder = None, json: Json = False) -> in
     from cycloid_profile.design import design_disc, summary
     from cycloid_profile.export import exporter_for
     from cycloid_profile.report.design import REPORT, build_package, terminal_tables, warnings
-    from cycloid_profile.spec import read_spec
 
     folder = output_folder(out, spec)
     with progress() as show_step:
         show_step("reading the spec")
-        wanted = read_spec(spec)
+        wanted = read_with_plugins(spec, plugin)
         show_step("computing load sharing and compensation")
         record = design_disc(wanted)
         skipped = build_package(record, folder, show_step)

@@ -7,7 +7,17 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from cycloid_profile.cli._terminal import Json, output_folder, print_json, print_tables, progress, require_files, warn
+from cycloid_profile.cli._terminal import (
+    Json,
+    Plugins,
+    output_folder,
+    print_json,
+    print_tables,
+    progress,
+    read_with_plugins,
+    require_files,
+    warn,
+)
 
 
 def correct(
@@ -26,6 +36,7 @@ def correct(
         bool, Parameter(negative=(), help="Cancel a smooth remainder, too: fitted to the scan, not explained.")
     ] = False,
     json: Json = False,
+    plugin: Plugins = (),
 ) -> int:
     """Write the grinding path that cancels the errors found in scans of a disc, and the expected scan.
 
@@ -40,13 +51,12 @@ def correct(
     """
     from cycloid_profile.measurement import read_measurement
     from cycloid_profile.report.diagnosis import correct_scans, correction_sentences, correction_tables
-    from cycloid_profile.spec import read_spec
 
     require_files(scans, "profile scans")
     folder = output_folder(out, spec, "correct")
     with progress() as show_step:
         values, reason, status = correct_scans(
-            read_spec(spec),
+            read_with_plugins(spec, plugin),
             [read_measurement(file) for file in scans],
             folder,
             disc=None if disc is None else disc - 1,

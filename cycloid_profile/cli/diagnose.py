@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
-from cycloid_profile.cli._terminal import OutFolder, output_folder, print_json, print_tables, progress, require_files
+from cycloid_profile.cli._terminal import (
+    OutFolder,
+    Plugins,
+    output_folder,
+    print_json,
+    print_tables,
+    progress,
+    read_with_plugins,
+    require_files,
+)
 
 
 def diagnose(
@@ -26,6 +36,7 @@ def diagnose(
     plan: Annotated[
         bool, Parameter(negative=(), help="Print the effect sizes each measurement can detect; needs no data.")
     ] = False,
+    plugin: Plugins = (),
 ) -> int:
     """Compare measured files with the simulation, name the missing effect and print the gap before and after.
 
@@ -39,16 +50,15 @@ def diagnose(
         Measured files (CSV), explained together.
     """
     if plan:
-        return _plan_measurements(spec, output_folder(out, spec) / "diagnosis")
+        return _plan_measurements(spec, plugin, output_folder(out, spec) / "diagnosis")
     require_files(data, "measured files")
     from cycloid_profile.design import as_built_reducer
     from cycloid_profile.diagnosis import diagnose as diagnose_files
     from cycloid_profile.diagnosis import diagnosis_to_json as diagnosis_json
     from cycloid_profile.measurement import read_measurement
     from cycloid_profile.report.diagnosis import VERDICTS, diagnosis_tables, write_diagnosis, write_json
-    from cycloid_profile.spec import read_spec
 
-    wanted = read_spec(spec)
+    wanted = read_with_plugins(spec, plugin)
     folder = output_folder(out, spec, "diagnosis")
     with progress() as show_step:
         measured = [read_measurement(file) for file in data]
@@ -75,13 +85,12 @@ def diagnose(
     return 0
 
 
-def _plan_measurements(spec: Path, folder: Path) -> int:
+def _plan_measurements(spec: Path, plugin: Sequence[str], folder: Path) -> int:
     from cycloid_profile.design import as_built_reducer
     from cycloid_profile.diagnosis import detectability
     from cycloid_profile.report.diagnosis import plan_tables, save_plan_plot
-    from cycloid_profile.spec import read_spec
 
-    wanted = read_spec(spec)
+    wanted = read_with_plugins(spec, plugin)
     with progress() as show_step:
         rows = detectability(as_built_reducer(wanted), show_step)
         picture = save_plan_plot(rows, wanted.name, folder)

@@ -9,11 +9,13 @@ from cyclopts import Parameter
 from cycloid_profile.cli._terminal import (
     Json,
     OutFolder,
+    Plugins,
     SpecFile,
     output_folder,
     print_json,
     print_tables,
     progress,
+    read_with_plugins,
     warn,
 )
 from cycloid_profile.spec.model import Format
@@ -32,6 +34,7 @@ def export(
     out: OutFolder = None,
     list: Annotated[bool, Parameter(negative=(), help="Print the names of the files without writing them.")] = False,
     json: Json = False,
+    plugin: Plugins = (),
 ) -> int:
     """Write the chosen formats, read each file back and print its measured error.
 
@@ -40,10 +43,9 @@ def export(
     from cycloid_profile.design import design_disc
     from cycloid_profile.export import exporter_for
     from cycloid_profile.report.design import export_package, planned_files_table, written_files_table
-    from cycloid_profile.spec import read_spec
 
     folder = output_folder(out, spec)
-    wanted = read_spec(spec)
+    wanted = read_with_plugins(spec, plugin)
     formats = tuple(dict.fromkeys(format or wanted.export.formats))
     if list:
         if json:

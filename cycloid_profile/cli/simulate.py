@@ -7,7 +7,14 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from cycloid_profile.cli._terminal import Json, print_json, print_tables, progress
+from cycloid_profile.cli._terminal import (
+    Json,
+    Plugins,
+    print_json,
+    print_tables,
+    progress,
+    read_with_plugins,
+)
 
 Kind = Literal["profile_scan", "hysteresis", "transmission_error", "lost_motion_map"]
 
@@ -27,6 +34,7 @@ def simulate(
     noise: Annotated[float, Parameter(help="Standard deviation of noise, in the unit of the column (scan: µm).")] = 0.0,
     seed: Annotated[int, Parameter(help="Seed of the noise.")] = 0,
     json: Json = False,
+    plugin: Plugins = (),
 ) -> int:
     """Write the readings of a measuring machine or test bench on the reducer with its [[effects]].
 
@@ -42,7 +50,6 @@ def simulate(
     from cycloid_profile.report import key_figure_table, write_measurement
     from cycloid_profile.rig import Settings, key_figures
     from cycloid_profile.rig import simulate as measure
-    from cycloid_profile.spec import read_spec
     from cycloid_profile.units import DEGREE, NEWTON_METRE
 
     file = Path(f"{spec.stem}_{kind}.csv") if out is None else out
@@ -58,7 +65,7 @@ def simulate(
     )
     with progress() as show_step:
         show_step("building the reducer")
-        wanted = read_spec(spec)
+        wanted = read_with_plugins(spec, plugin)
         reducer = as_built_reducer(wanted)
         title = kind.replace("_", " ")
         show_step(f"measuring: {title}")

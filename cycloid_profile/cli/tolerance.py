@@ -7,7 +7,16 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from cycloid_profile.cli._terminal import Json, OutFolder, output_folder, print_json, print_tables, progress
+from cycloid_profile.cli._terminal import (
+    Json,
+    OutFolder,
+    Plugins,
+    output_folder,
+    print_json,
+    print_tables,
+    progress,
+    read_with_plugins,
+)
 
 
 def tolerance(
@@ -35,6 +44,7 @@ def tolerance(
         int | None, Parameter(help="Number of threads on this machine, default one per core.", show_default=False)
     ] = None,
     json: Json = False,
+    plugin: Plugins = (),
 ) -> int:
     """Simulate reducers with random errors: distribution, yield, and which tolerance to tighten.
 
@@ -56,11 +66,10 @@ def tolerance(
         to_json,
         write_tolerance,
     )
-    from cycloid_profile.spec import read_spec
     from cycloid_profile.tolerance.study import Cluster, Threads, Workers
 
     changed = {"samples": samples, "loaded_samples": loaded_samples, "seed": seed, "sequence": sequence}
-    wanted = with_tolerance_values(read_spec(spec), changed)
+    wanted = with_tolerance_values(read_with_plugins(spec, plugin), changed)
     folder = output_folder(out, spec, "tolerance")
     workers: Workers = Threads(threads) if scheduler is None else Cluster(scheduler)
     with progress() as show_step:

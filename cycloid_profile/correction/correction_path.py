@@ -25,7 +25,7 @@ from cycloid_profile.correction._limits import LARGEST, check_limits
 from cycloid_profile.correction._profile import correction_profile, with_machine_errors
 from cycloid_profile.correction.expected_scans import ExpectedScan, expected_scans, scan_residuals
 from cycloid_profile.diagnosis import Diagnosis, NamedEffect, Remainder, smooth_remainder
-from cycloid_profile.effects import AsBuiltReducer, Effect
+from cycloid_profile.effects import AsBuiltReducer, Effect, Empirical
 from cycloid_profile.errors import GeometryError, MeasurementError
 from cycloid_profile.geometry import ToothProfile
 from cycloid_profile.modification import MeasuredDeviation
@@ -50,7 +50,7 @@ class Correction(Described):
     program: ToothProfile
     predicted: AsBuiltReducer
     named: tuple[NamedEffect, ...]
-    known: tuple[Effect, ...]
+    known: tuple[Effect | Empirical, ...]
     remainder: Remainder | None
     shape: DeviationFigures
     residual: float
@@ -102,7 +102,7 @@ def correction(
     *,
     wheel_radius: float | None = None,
     with_remainder: bool = False,
-    known: Sequence[Effect] = (),
+    known: Sequence[Effect | Empirical] = (),
 ) -> Correction:
     """Program for one disc that cancels the named flank effects and those of the spec.
 

@@ -7,7 +7,7 @@ from typing import Any
 from cycloid_profile.correction._limits import MAX_SLOPE
 from cycloid_profile.correction.correction_path import Correction
 from cycloid_profile.diagnosis import Diagnosis, effect_to_json, remainder_text, rounded_number
-from cycloid_profile.effects import effect_to_table
+from cycloid_profile.effects import Effect, FormDeviation, effect_to_table, empirical_to_table
 from cycloid_profile.units import DEGREE, UM
 
 
@@ -25,7 +25,9 @@ def correction_to_json(
         "known_effects": [
             {"name": one.name, "parameters": {k: v for k, v in effect_to_table(one).items() if k != "name"}}
             for one in found.known
+            if isinstance(one, Effect)
         ],
+        **_empirical([one for one in found.known if isinstance(one, FormDeviation)]),
         "remainder": None
         if smooth is None
         else {
@@ -58,6 +60,16 @@ def correction_to_json(
         "not_ground_away": list(found.not_ground_away),
         "notes": [*found.cautions, *_stock_note(shape.stock / UM), *_not_named(found, diagnosis, remainder_asked)],
     }
+
+
+def _empirical(known: list[FormDeviation]) -> dict[str, Any]:
+    """Curves of the spec that are cancelled, without their points; nothing where there are none."""
+    rows = [
+        {key: value for key, value in empirical_to_table(one).items() if key != "removal_um"}
+        | {"largest_um": rounded_number(max(abs(value) for value in one.removal_um))}
+        for one in known
+    ]
+    return {"empirical": rows} if rows else {}
 
 
 def _stock_note(added_um: float) -> list[str]:

@@ -18,6 +18,7 @@ from .from_spec import as_built_reducer as as_built_reducer
 from .from_spec import conventional_profile as conventional_profile
 from .from_spec import disc_outline as disc_outline
 from .from_spec import drive_of as drive_of
+from .from_spec import effects_of as effects_of
 from .from_spec import flank_relief as flank_relief
 from .from_spec import load_case as load_case
 from .from_spec import output_speed as output_speed

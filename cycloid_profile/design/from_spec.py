@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from typing import TypeVar
 
 from cycloid_profile.compensation import Compensation, LoadSharingSolver, compensate, compensate_by
 from cycloid_profile.contact import LoadCase
@@ -22,7 +23,14 @@ from cycloid_profile.contact.laws import LAWS, Material
 from cycloid_profile.contact.stage import StageEquilibrium
 from cycloid_profile.design.crank_rollers import ROLLER_LENGTH_PER_WIDTH, carried_by_rollers, on_rollers
 from cycloid_profile.design.supports_of_spec import supports_of
-from cycloid_profile.effects import AsBuiltReducer, Effect, apply_effects, effect_from_table
+from cycloid_profile.effects import (
+    AsBuiltReducer,
+    Effect,
+    Empirical,
+    apply_effects,
+    effect_from_table,
+    empirical_from_spec,
+)
 from cycloid_profile.errors import CompensationError, GeometryError, LoadError, SolveError, SpecError
 from cycloid_profile.geometry import (
     CentralEccentric,
@@ -42,6 +50,9 @@ from cycloid_profile.geometry import (
 from cycloid_profile.modification import Equidistant, FlankRotation, RadialMoving, modify
 from cycloid_profile.spec.model import DiscSpec, MaterialSpec, Spec
 from cycloid_profile.units import ARCMIN, DEGREE, GPA, NEWTON_METRE, UM
+
+_T = TypeVar("_T")
+_E = TypeVar("_E")
 
 _KEYS = {
     "pins": "drive.pins",
@@ -259,16 +270,27 @@ def compensation_of(spec: Spec, case: LoadCase) -> tuple[Compensation | None, st
         return None, str(error)
 
 
-def reducer_with_effects(spec: Spec, case: LoadCase) -> AsBuiltReducer:
-    """The reducer with the ``[[effects]]`` of the spec; raises ``SpecError`` where one is impossible."""
-    effects: list[Effect] = []
-    for i, table in enumerate(spec.effects):
+def effects_of(spec: Spec) -> tuple[Effect | Empirical, ...]:
+    """The ``[[effects]]`` of a spec, then its ``[[empirical]]`` ones; raises ``SpecError`` for an impossible table."""
+    effects = _built("effects", spec.effects, effect_from_table)
+    return (*effects, *_built("empirical", spec.empirical, empirical_from_spec))
+
+
+def _built(key: str, tables: Iterable[_T], build: Callable[[_T], _E]) -> Iterator[_E]:
+    """Effects of tables; errors name the number of the table."""
+    for i, table in enumerate(tables, start=1):
         try:
-            effects.append(effect_from_table(table))
+            yield build(table)
         except SpecError as error:
-            raise error.renamed(f"effects[{i + 1}]: {error.what}") from None
+            raise error.renamed(f"{key}[{i}]: {error.what}") from None
+
+
+def reducer_with_effects(spec: Spec, case: LoadCase) -> AsBuiltReducer:
+    """The reducer with the effects of the spec, empirical ones included; raises ``SpecError`` where one is
+    impossible.
+    """
     try:
-        return replace(apply_effects(case, effects), quality=spec.quality)
+        return replace(apply_effects(case, effects_of(spec)), quality=spec.quality)
     except GeometryError as error:
         raise SpecError(f"effects: {error.what}", error.value, error.limit, "take smaller effects") from None
 

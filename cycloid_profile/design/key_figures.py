@@ -68,6 +68,7 @@ def summary(record: DesignRecord) -> dict[str, Any]:
         "losses": _losses(record.loss_range),
         "strength": record.strength.figures() | {"checks": [each.name for each in strength_checks(record.strength)]},
         "effects": [effect["name"] for effect in spec.effects],
+        **({"empirical": [one.name for one in spec.empirical]} if spec.empirical else {}),
         "as_built": None if record.as_built is None else record.as_built.figures(),
         "failures": list(record.failures),
         **({"supports": _supports(record.under_load)} if record.case.supports else {}),

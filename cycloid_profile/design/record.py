@@ -104,7 +104,10 @@ class DesignRecord(Described):
             **{label: " → ".join(dict.fromkeys((before[label], after[label]))) for label in after},
             "largest pin force": figure_text(self.under_load.max_force, "N"),
             "peak pressure": figure_text(self.under_load.max_pressure, "MPa"),
-            "effects": ", ".join(effect["name"] for effect in self.spec.effects) or "none",
+            "effects": ", ".join(
+                [*(effect["name"] for effect in self.spec.effects), *(one.name for one in self.spec.empirical)]
+            )
+            or "none",
             "checks": (f"failed: {', '.join(failed)}" if failed else f"{passed} passed")
             + (f"; {missing} not checked" if missing else ""),
         }
@@ -145,7 +148,7 @@ def design_disc(spec: Spec) -> DesignRecord:
         conventional_accuracy=before,
         compensated_accuracy=after,
         as_built=accuracy_as_built(reducer_with_effects(spec, replace(case, profile=profile)))
-        if spec.effects
+        if spec.effects or spec.empirical
         else None,
         outline=outline,
         checks=(

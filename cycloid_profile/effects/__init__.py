@@ -1,12 +1,18 @@
 """Named imperfections: each a small frozen object that changes a reducer."""
 
+from cycloid_profile.effects.base import DISC_PART as DISC_PART
 from cycloid_profile.effects.base import Coordinates as Coordinates
 from cycloid_profile.effects.base import Effect as Effect
 from cycloid_profile.effects.base import EffectLocation as EffectLocation
 from cycloid_profile.effects.base import Parameter as Parameter
+from cycloid_profile.effects.base import angle_field as angle_field
 from cycloid_profile.effects.base import coordinates as coordinates
 from cycloid_profile.effects.base import parameters as parameters
+from cycloid_profile.effects.base import part_field as part_field
+from cycloid_profile.effects.base import part_indices as part_indices
 from cycloid_profile.effects.base import shape_choices as shape_choices
+from cycloid_profile.effects.base import shape_field as shape_field
+from cycloid_profile.effects.base import size_field as size_field
 from cycloid_profile.effects.compliance_and_friction import CoulombFriction as CoulombFriction
 from cycloid_profile.effects.compliance_and_friction import CrankBearingCompliance as CrankBearingCompliance
 from cycloid_profile.effects.compliance_and_friction import ElastoslideFriction as ElastoslideFriction
@@ -22,6 +28,14 @@ from cycloid_profile.effects.crank import CrankBearingClearance as CrankBearingC
 from cycloid_profile.effects.crank import CrankEccentricityError as CrankEccentricityError
 from cycloid_profile.effects.crank import CrankHoleError as CrankHoleError
 from cycloid_profile.effects.crank import CrankPhaseError as CrankPhaseError
+from cycloid_profile.effects.empirical import Empirical as Empirical
+from cycloid_profile.effects.empirical import FormDeviation as FormDeviation
+from cycloid_profile.effects.empirical import TorqueTwistResidual as TorqueTwistResidual
+from cycloid_profile.effects.empirical import data_file as data_file
+from cycloid_profile.effects.empirical import empirical_from_spec as empirical_from_spec
+from cycloid_profile.effects.empirical import empirical_to_table as empirical_to_table
+from cycloid_profile.effects.empirical import fit_torque_twist as fit_torque_twist
+from cycloid_profile.effects.empirical import form_deviation_of as form_deviation_of
 from cycloid_profile.effects.first_stage import CommonPlanetRunout as CommonPlanetRunout
 from cycloid_profile.effects.first_stage import InputRunout as InputRunout
 from cycloid_profile.effects.first_stage import PlanetRunout as PlanetRunout
@@ -46,9 +60,14 @@ from cycloid_profile.effects.reducer import AsBuiltReducer as AsBuiltReducer
 from cycloid_profile.effects.reducer import as_drawn as as_drawn
 from cycloid_profile.effects.reducer import encoder_error as encoder_error
 from cycloid_profile.effects.registry import EFFECTS as EFFECTS
+from cycloid_profile.effects.registry import EffectRegistry as EffectRegistry
 from cycloid_profile.effects.registry import apply_effects as apply_effects
 from cycloid_profile.effects.registry import effect_from_table as effect_from_table
 from cycloid_profile.effects.registry import effect_to_table as effect_to_table
+from cycloid_profile.effects.registry import load_plugins as load_plugins
+from cycloid_profile.effects.registry import plugin_code as plugin_code
+from cycloid_profile.effects.registry import plugin_sources as plugin_sources
+from cycloid_profile.effects.registry import register as register
 from cycloid_profile.effects.ring import PinCircleRadiusError as PinCircleRadiusError
 from cycloid_profile.effects.ring import PinPositionError as PinPositionError
 from cycloid_profile.effects.ring import PinRadiusError as PinRadiusError
@@ -58,5 +77,8 @@ from cycloid_profile.effects.ring import PinRingRunout as PinRingRunout
 from cycloid_profile.effects.ring import PinRingThreeLobed as PinRingThreeLobed
 from cycloid_profile.effects.ring import RingMountingOvality as RingMountingOvality
 from cycloid_profile.effects.ring import SinglePinError as SinglePinError
+from cycloid_profile.effects.series import BranchTwist as BranchTwist
 from cycloid_profile.effects.series import SeriesTwist as SeriesTwist
+from cycloid_profile.effects.series import SplineTwist as SplineTwist
+from cycloid_profile.effects.series import loop_branches as loop_branches
 from cycloid_profile.effects.series import transmitted_torque as transmitted_torque

@@ -1,20 +1,27 @@
 """Twist in series with the stage that is not proportional to its torque, and friction that gives way smoothly.
 
-Both are small frozen laws of the torque over a whole path of load (docs/theory.md, "Loops of real reducers").
+Small frozen laws of the torque over a whole path of load (docs/theory.md, "Loops of real reducers"; docs/effects.md,
+"Empirical").
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Protocol
+from functools import lru_cache
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray
 
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
+
 # Thresholds of slip that stand for an even spread. A step between two of them is 1/16 of the spread.
 _SLIDERS = 32
+# The torque turns round when it has come back by this share of its range: measured torques are noisy.
+_TURNED = 0.02
 
 
 class SeriesTwist(Protocol):
@@ -72,6 +79,68 @@ class CreepTwist:
             now = keep * now + rest[i] - keep * before[i] - share[i] * (rest[i] - before[i])
             found[i] = now
         return found
+
+
+@dataclass(frozen=True, slots=True)
+class SplineTwist:
+    """Natural cubic spline through ``twist`` [rad] at ``knots`` of the torque [N·mm], constant beyond them."""
+
+    knots: tuple[float, ...]
+    twist: tuple[float, ...]
+
+    def at(self, torque: FloatArray) -> FloatArray:
+        """Twist in the shape of ``torque`` [rad]."""
+        inside = np.clip(torque, self.knots[0], self.knots[-1])
+        return np.asarray(_natural_spline(self.knots, self.twist)(inside))
+
+
+@lru_cache(maxsize=64)
+def _natural_spline(knots: tuple[float, ...], values: tuple[float, ...]) -> CubicSpline:
+    # Imported here: few reducers need it, and it takes long to load.
+    from scipy.interpolate import CubicSpline
+
+    return CubicSpline(knots, values, bc_type="natural")
+
+
+@dataclass(frozen=True, slots=True)
+class BranchTwist:
+    """Twist against the torque applied to the output, one curve while it rises and one while it falls.
+
+    At rest, without a path, the mean of both.
+    """
+
+    rising: SplineTwist
+    falling: SplineTwist
+
+    def settled(self, torque: FloatArray) -> FloatArray:
+        return np.asarray(0.5 * (self.rising.at(torque) + self.falling.at(torque)))
+
+    def along(self, torque: FloatArray, applied: FloatArray) -> FloatArray:
+        del torque  # friction is in the curves: they were fitted against the torque applied
+        return np.where(loop_branches(applied) > 0.0, self.rising.at(applied), self.falling.at(applied))
+
+
+def loop_branches(torque: FloatArray) -> FloatArray:
+    """Branch of each row of a loop, +1 while the torque rises and −1 while it falls, shape (rows,).
+
+    ``torque`` in any unit, in the order of measurement. A turn counts once it exceeds 2 % of the range of the torque;
+    the extreme belongs to the branch that leads to it.
+    """
+    if torque.size == 0:
+        return np.zeros(0)
+    least = _TURNED * float(np.ptp(torque))
+    found = np.ones(torque.size)
+    moved = np.flatnonzero(np.abs(torque - torque[0]) > least)
+    sign = 1.0 if moved.size == 0 or torque[moved[0]] > torque[0] else -1.0
+    start = extreme = 0
+    for i, T in enumerate(torque):
+        if sign * (T - torque[extreme]) >= 0.0:
+            extreme = i
+        elif sign * (torque[extreme] - T) > least:
+            found[start : extreme + 1] = sign
+            start, extreme, sign = extreme + 1, i, -sign
+    found[start:] = sign
+    return found
 
 
 def transmitted_torque(

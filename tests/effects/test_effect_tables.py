@@ -202,7 +202,7 @@ def test_a_misspelled_parameter_brings_the_nearest(name):
 def test_a_misspelled_name_brings_the_nearest(name):
     with pytest.raises(SpecError, match="is not known") as refused:
         effect_from_table({"name": name[:2] + name[3:]})
-    assert refused.value.remedy == f"did you mean {name}?"
+    assert refused.value.remedy == f"did you mean {name}? (an effect of a plug-in needs --plugin)"
 
 
 @pytest.mark.parametrize("name", ["", "xyzzy", 7, None])

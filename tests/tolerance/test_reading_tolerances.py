@@ -132,7 +132,7 @@ def test_every_effect_can_be_a_tolerance_or_says_why_not(scattered):
 
 WRONG: dict[str, tuple[dict[str, Any], str, str]] = {
     "unknown effect": ({**BODY, "name": "equidistant_eror"}, "name", "did you mean equidistant_error?"),
-    "no name": ({"amount_um": {}}, "name", "choose from"),
+    "no name": ({"amount_um": {}}, "name", "see docs/effects.md"),
     "unknown key": ({**BODY, "amont_um": {}}, "amont_um", "did you mean amount_um?"),
     "unknown key of a size": (size(plus_minsu=1.0), "amount_um.plus_minsu", "amount_um.plus_minus?"),
     "negative plus_minus": (size(plus_minus=-1.0), "amount_um.plus_minus", "give a number from"),

@@ -11,9 +11,8 @@ from typing import Any, NamedTuple
 from cycloid_profile import plot
 from cycloid_profile.correction import Correction, correction
 from cycloid_profile.correction import correction_to_json as correction_json
-from cycloid_profile.design import as_built_reducer
+from cycloid_profile.design import as_built_reducer, effects_of
 from cycloid_profile.diagnosis import Diagnosis, diagnose
-from cycloid_profile.effects import effect_from_table
 from cycloid_profile.errors import MeasurementError
 from cycloid_profile.export import check_deviation
 from cycloid_profile.export.curves import SpecifiedProfile
@@ -81,7 +80,7 @@ def correct_scans(
         limit_um * UM,
         wheel_radius=wheel_radius,
         with_remainder=remainder and diagnosis.verdict != "agrees",
-        known=[effect_from_table(table) for table in spec.effects],
+        known=effects_of(spec),
     )
     if found.is_unchanged:
         return nothing("; ".join(found.not_ground_away) or _NOTHING, 1)

@@ -20,7 +20,8 @@ from cycloid_profile.plot import save, save_png
 from cycloid_profile.plot.diagnosis import pictures as pictures_of
 from cycloid_profile.report.diagnosis import text
 from cycloid_profile.report.page import PLOTS, REPORT, inline_svg, json_text, template, write_text
-from cycloid_profile.spec import format_spec, parse_spec
+from cycloid_profile.spec import format_spec, parse_spec, validated
+from cycloid_profile.spec.model import EmpiricalSpec
 from cycloid_profile.units import SIGNS, sign_of
 
 
@@ -73,13 +74,18 @@ def write_json(file: Path, values: Mapping[str, Any]) -> None:
         write_text(scratch / file.name, json_text(values))
 
 
-def spec_with_effects(spec_text: str, tables: list[dict[str, object]]) -> str:
-    """The text of a spec file with ``[[effects]]`` added at its end and nothing else changed."""
+def spec_with_effects(
+    spec_text: str, tables: list[dict[str, object]], empirical: Sequence[Mapping[str, object]] = ()
+) -> str:
+    """The text of a spec file with ``[[effects]]`` and ``[[empirical]]`` added at its end and nothing else changed."""
     import tomli_w
 
     added = "\n".join(f"\n[[effects]]\n{tomli_w.dumps(table)}" for table in tables)
     # tomli_w writes the uncertainty as a table of its own; it belongs to the effect above it.
     added = added.replace("\n[uncertainty]", "\n[effects.uncertainty]")
+    added += "".join(f"\n[[empirical]]\n{tomli_w.dumps(table)}" for table in empirical).replace(
+        "\n[[data]]", "\n[[empirical.data]]"
+    )
     grown = spec_text.rstrip() + "\n" + added
     try:
         parse_spec(grown)
@@ -88,7 +94,8 @@ def spec_with_effects(spec_text: str, tables: list[dict[str, object]]) -> str:
         import msgspec
 
         spec = parse_spec(spec_text)
-        grown = format_spec(msgspec.structs.replace(spec, effects=(*spec.effects, *tables)))
+        curves = (*spec.empirical, *(validated(dict(one), EmpiricalSpec, "empirical") for one in empirical))
+        grown = format_spec(msgspec.structs.replace(spec, effects=(*spec.effects, *tables), empirical=curves))
     return grown
 
 

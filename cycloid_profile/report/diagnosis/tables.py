@@ -69,6 +69,8 @@ def correction_tables(values: Mapping[str, Any]) -> Iterator[PlainTable]:
         for key, source in (("effects", "found"), ("known_effects", "in the spec"))
         for one in values[key]
     ]
+    cancelled += [(one["name"], f"at most {one['largest_um']:.3g} µm", f"in the spec, {one['label']}")
+                  for one in values.get("empirical", ())]  # fmt: skip
     smooth = values["remainder"]
     if smooth is not None:
         cancelled.append(("smooth remainder", f"at most {smooth['largest_um']:.3g} µm", smooth["label"]))

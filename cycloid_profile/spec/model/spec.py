@@ -8,13 +8,14 @@ from typing import Annotated, Any, Literal
 import msgspec
 
 from cycloid_profile._display import Described
-from cycloid_profile.errors import SpecError, did_you_mean
+from cycloid_profile.errors import SpecError
 from cycloid_profile.spec.model._table import Table, key
 from cycloid_profile.spec.model._validation import shown, validated
 from cycloid_profile.spec.model.drive import DiscSpec, DriveSpec
+from cycloid_profile.spec.model.effects import EmpiricalSpec, is_effect_name, remedy_of_unknown_effect
 from cycloid_profile.spec.model.export import ExportSpec
 from cycloid_profile.spec.model.load import LoadSpec, MaterialsSpec
-from cycloid_profile.spec.model.modification import EFFECT_NAMES, EffectTable, ModificationSpec
+from cycloid_profile.spec.model.modification import EffectTable, ModificationSpec
 from cycloid_profile.spec.model.tolerance import ReferenceSpec, ToleranceSpec
 
 Quality = Literal["ground", "machined", "printed"]  # of manufacture
@@ -50,15 +51,16 @@ class Spec(Described, Table, frozen=True, kw_only=True):
         tuple[EffectTable, ...],
         key("Imperfections as tables `[[effects]]`, each with a `name`, see docs/effects.md.", "give [[effects]]"),
     ] = ()
+    empirical: tuple[EmpiricalSpec, ...] = ()
 
     def __post_init__(self) -> None:
         """Convert dictionaries given for tables, and refuse effects whose name is unknown; raises ``SpecError``."""
         super().__post_init__()
         for number, effect in enumerate(self.effects, start=1):
             name = effect.get("name")
-            if not isinstance(name, str) or name not in EFFECT_NAMES:
-                remedy = did_you_mean(str(name), sorted(EFFECT_NAMES), "see docs/effects.md for the names")
-                raise SpecError(f"effects[{number}].name", shown(name), "is not the name of an effect", remedy)
+            if not isinstance(name, str) or not is_effect_name(name):
+                what, remedy = f"effects[{number}].name", remedy_of_unknown_effect(str(name))
+                raise SpecError(what, shown(name), "is not the name of an effect", remedy)
 
     def replace(self, key: str | Mapping[str, Any], value: Any = None) -> Spec:
         """A new spec with one key changed, ``replace("load.contact_law", "johnson")``, or several from a mapping.
@@ -98,5 +100,5 @@ class Spec(Described, Table, frozen=True, kw_only=True):
             "deformation compensation": {True: "from the load", False: "none"}[compensation]
             if isinstance(compensation, bool)
             else f"{compensation:g} µm",
-            "effects": str(len(self.effects)),
+            "effects": f"{len(self.effects)}{f', {len(self.empirical)} empirical' if self.empirical else ''}",
         }

@@ -15,7 +15,7 @@ from cycloid_profile.contact.bodies import bearing_law
 from cycloid_profile.effects import EFFECTS, AsBuiltReducer, Coordinates, Effect, coordinates, parameters
 from cycloid_profile.errors import CycloidError, SpecError, did_you_mean
 from cycloid_profile.spec import validated
-from cycloid_profile.spec.model import Table
+from cycloid_profile.spec.model import Table, remedy_of_unknown_effect
 from cycloid_profile.tolerance.inputs.distribution import (
     Distribution,
     Normal,
@@ -128,7 +128,7 @@ def _scatter(table: Mapping[str, Any], reducer: AsBuiltReducer, where: str) -> S
     name = str(entry.name)
     kind = EFFECTS.get(name)
     if kind is None:
-        remedy = did_you_mean(name, EFFECTS, f"choose from {', '.join(sorted(EFFECTS))}")
+        remedy = remedy_of_unknown_effect(name)
         raise SpecError(f"{where}.name", f"'{name}'", "is not the name of an effect", remedy)
     given = {key: value for key, value in table.items() if key not in common}
     fixed = {key: value for key, value in given.items() if not isinstance(value, Mapping)}

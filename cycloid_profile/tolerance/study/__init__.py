@@ -21,6 +21,8 @@ from cycloid_profile.tolerance.study.workers import Cluster as Cluster
 from cycloid_profile.tolerance.study.workers import ParallelQuantities as ParallelQuantities
 from cycloid_profile.tolerance.study.workers import Threads as Threads
 from cycloid_profile.tolerance.study.workers import Workers as Workers
+from cycloid_profile.tolerance.study.workers import chunk_values as chunk_values
 from cycloid_profile.tolerance.study.workers import cores as cores
 from cycloid_profile.tolerance.study.workers import on_all_cores as on_all_cores
+from cycloid_profile.tolerance.study.workers import portable as portable
 from cycloid_profile.tolerance.study.workers import run as run

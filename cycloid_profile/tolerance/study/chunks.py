@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from cycloid_profile.arrays import FloatArray
-from cycloid_profile.effects import AsBuiltReducer, ReducerChange, as_drawn
+from cycloid_profile.effects import AsBuiltReducer, ReducerChange, as_drawn, plugin_code
+from cycloid_profile.modification import NormalDeviation
 from cycloid_profile.tolerance.inputs import Tolerances
 from cycloid_profile.tolerance.model import QuantityModel, unit_changes
 from cycloid_profile.tolerance.study.draws import Draws
@@ -78,4 +79,11 @@ class Study:
             parts.append(f"{name}{(getattr(self.reducer, name) - getattr(drawn, name)).tobytes().hex()}")
         parts += [repr(getattr(self.reducer, name)) for name in ("series_compliance", "further_twists", "encoder")]
         parts += [f"{name}{value}" for name in ("sun_shift", "input_error") if (value := getattr(self.reducer, name))]
+        removals = [removal for tooth in self.reducer.teeth for removal in tooth.removals]
+        # The ``repr`` of a curve names its range only.
+        curves = (one for one in removals if isinstance(one, NormalDeviation))
+        parts += [f"{one.phase.tobytes().hex()}{one.removal.tobytes().hex()}" for one in curves]
+        users: list[type] = [one.kind for one in self.tolerances.scatters]
+        users += [type(one) for one in (*removals, *self.reducer.further_twists)]
+        parts += [code] if (code := plugin_code(users)) else []
         return hashlib.sha256("\n".join(parts).encode("utf-8")).hexdigest()

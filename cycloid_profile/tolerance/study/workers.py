@@ -17,6 +17,7 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray
+from cycloid_profile.effects import load_plugins, plugin_sources
 from cycloid_profile.errors import ToleranceError
 from cycloid_profile.tolerance.model import Quantities
 from cycloid_profile.tolerance.study.chunks import Study
@@ -116,7 +117,7 @@ class Cluster:
         Raises ``ToleranceError`` if there is no such scheduler, it has no workers, or they cannot compute.
         """
         distributed = _distributed()
-        data = pickle.dumps(replace(study))
+        data = portable(study)
         name = f"cycloid-{study.fingerprint[:24]}-{study.samples}"
         client = self._client(distributed)
         try:
@@ -175,15 +176,25 @@ class Cluster:
         return ToleranceError("scheduler", f"'{self.scheduler}'", what, remedy, " ")
 
 
+def portable(study: Study) -> bytes:
+    """A study with the plug-ins whose effects it may hold, for another process.
+
+    Raises ``PluginError`` for an effect that another process cannot import.
+    """
+    return pickle.dumps((plugin_sources(), pickle.dumps(replace(study))))
+
+
 def chunk_values(data: bytes, number: int) -> tuple[int, FloatArray]:
-    """Results of a chunk of a pickled study; runs on a worker of a cluster."""
+    """Results of a chunk of a ``portable`` study; runs on a worker of a cluster."""
     return number, _unpickled(data).values(number)
 
 
 @lru_cache(maxsize=4)
 def _unpickled(data: bytes) -> Study:
     """The study with the models that its chunks share, made once in each worker."""
-    study: Study = pickle.loads(data)
+    plugins, held = pickle.loads(data)
+    load_plugins(plugins, must_register=False)  # first: pickle finds their classes in the modules they come from
+    study: Study = pickle.loads(held)
     return study
 
 
