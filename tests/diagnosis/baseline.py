@@ -13,7 +13,7 @@ import numpy as np
 from cycloid_profile.diagnosis import Residuals
 from cycloid_profile.diagnosis.data.recording import record, use_all_rows
 from cycloid_profile.diagnosis.model.candidate import candidates
-from cycloid_profile.diagnosis.model.normal_equations import Whitened, coordinates, normal_equations
+from cycloid_profile.diagnosis.model.whitened import Whitened, coordinates, normal_equations
 from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.measurement import PROFILE_SCAN, Measurement
 

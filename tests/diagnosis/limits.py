@@ -20,7 +20,7 @@ from cycloid_profile.diagnosis.data.recording import record, use_all_rows
 from cycloid_profile.diagnosis.model.candidate import Candidate, candidates
 from cycloid_profile.diagnosis.model.detection import detect
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
-from cycloid_profile.diagnosis.model.normal_equations import NormalEquations, normal_equations
+from cycloid_profile.diagnosis.model.whitened import NormalEquations, normal_equations
 from cycloid_profile.diagnosis.planning.detectable import detectable, exact_size, noncentrality, noncentrality_of
 from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.measurement import PROFILE_SCAN, parse_measurement

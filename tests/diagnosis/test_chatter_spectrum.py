@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cycloid_profile.diagnosis.search.chatter_candidates import significant_chatter
 
 from cycloid_profile.design import as_built_reducer
 from cycloid_profile.diagnosis import Residuals, diagnose
@@ -17,11 +18,10 @@ from cycloid_profile.diagnosis.model.chatter_spectrum import (
     power_in_white_noise,
     power_one_by_one,
 )
+from cycloid_profile.diagnosis.model.evidence import Library
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
-from cycloid_profile.diagnosis.model.library import Library
-from cycloid_profile.diagnosis.model.normal_equations import Whitened
+from cycloid_profile.diagnosis.model.whitened import Whitened
 from cycloid_profile.diagnosis.model.priors import priors_of
-from cycloid_profile.diagnosis.search.chatter_candidates import significant_chatter
 from cycloid_profile.measurement import parse_measurement
 from cycloid_profile.spec import parse_spec
 from tests.diagnosis.blind import Hidden, Noise, Reducer, scan, spec_text, transmission_error

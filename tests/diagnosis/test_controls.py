@@ -11,8 +11,8 @@ from cycloid_profile.design import as_built_reducer
 from cycloid_profile.diagnosis import Residuals, diagnose, nuisance_fitted
 from cycloid_profile.diagnosis.data.recording import record
 from cycloid_profile.diagnosis.model.candidate import candidates
+from cycloid_profile.diagnosis.model.evidence import Library
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
-from cycloid_profile.diagnosis.model.library import Library
 from cycloid_profile.diagnosis.model.optimum import Attempt
 from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.measurement import Measurement, parse_measurement

@@ -13,7 +13,7 @@ from cycloid_profile.diagnosis import Residuals
 from cycloid_profile.diagnosis.data.noise import Noise
 from cycloid_profile.diagnosis.data.recording import record, use_all_rows
 from cycloid_profile.diagnosis.model.candidate import Candidate, candidates
-from cycloid_profile.diagnosis.model.normal_equations import Whitened, normal_equations
+from cycloid_profile.diagnosis.model.whitened import Whitened, normal_equations
 from cycloid_profile.diagnosis.planning.detectable import detectable, exact_size, noncentrality, noncentrality_of
 from cycloid_profile.measurement import parse_measurement
 from cycloid_profile.spec import parse_spec

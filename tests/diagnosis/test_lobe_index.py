@@ -7,18 +7,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cycloid_profile.diagnosis.model.lobe_index import reindexed_about, reindexed_equations, with_raised_index
+from cycloid_profile.diagnosis.search.scan_led_search import search_led_by_scans
 
 from cycloid_profile.design import as_built_reducer
 from cycloid_profile.diagnosis import Residuals
 from cycloid_profile.diagnosis.data.recording import record
 from cycloid_profile.diagnosis.model.candidate import candidates
+from cycloid_profile.diagnosis.model.evidence import Library
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
 from cycloid_profile.diagnosis.model.flank_grid import FlankGrid
-from cycloid_profile.diagnosis.model.library import Library
-from cycloid_profile.diagnosis.model.lobe_index import reindexed_about, reindexed_equations, with_raised_index
-from cycloid_profile.diagnosis.model.normal_equations import Whitened, normal_equations
+from cycloid_profile.diagnosis.model.whitened import Whitened, normal_equations
 from cycloid_profile.diagnosis.model.optimum import Attempt
-from cycloid_profile.diagnosis.search.scan_led_search import search_led_by_scans
 from cycloid_profile.effects import AsBuiltReducer, CumulativePitchError, DiscOval, PinRingOval
 from cycloid_profile.rig import Settings, simulate
 from cycloid_profile.spec import parse_spec

@@ -11,8 +11,8 @@ from cycloid_profile.design import as_built_reducer
 from cycloid_profile.diagnosis import diagnose, effect_to_json
 from cycloid_profile.diagnosis.data.recording import record, use_all_rows
 from cycloid_profile.diagnosis.model.candidate import candidates
+from cycloid_profile.diagnosis.model.evidence import Library
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
-from cycloid_profile.diagnosis.model.library import Library
 from cycloid_profile.diagnosis.model.optimum import Attempt
 from cycloid_profile.measurement import parse_measurement
 from cycloid_profile.report.diagnosis import describe_effect

@@ -6,14 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cycloid_profile.diagnosis.search.scan_led_search import indexed_from_scans
 
 from cycloid_profile.design import as_built_reducer
 from cycloid_profile.diagnosis import Residuals, diagnose
 from cycloid_profile.diagnosis.data.recording import record
 from cycloid_profile.diagnosis.model.candidate import candidates
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
-from cycloid_profile.diagnosis.model.normal_equations import Whitened
-from cycloid_profile.diagnosis.search.scan_led_search import indexed_from_scans
+from cycloid_profile.diagnosis.model.whitened import Whitened
 from cycloid_profile.diagnosis.search.seam import seam
 from cycloid_profile.measurement import parse_measurement
 from cycloid_profile.spec import parse_spec

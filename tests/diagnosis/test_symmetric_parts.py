@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from cycloid_profile.diagnosis.search.local_search import LocalSearch
+from cycloid_profile.diagnosis.search.member_swaps import swap_members
 
 from cycloid_profile.design import as_built_reducer
 from cycloid_profile.diagnosis.data.recording import record
 from cycloid_profile.diagnosis.model.candidate import candidates
+from cycloid_profile.diagnosis.model.evidence import Library
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
-from cycloid_profile.diagnosis.model.library import Library
 from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
-from cycloid_profile.diagnosis.search.local_search import LocalSearch
-from cycloid_profile.diagnosis.search.member_swaps import swap_members
-from cycloid_profile.diagnosis.search.symmetric_parts import on_other_parts
+from cycloid_profile.diagnosis.search._symmetric_parts import on_other_parts
 from cycloid_profile.effects import AsBuiltReducer, CrankHoleError
 from cycloid_profile.rig import Settings, simulate
 from cycloid_profile.spec import parse_spec

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cycloid_profile.diagnosis.search.chatter_candidates import significant_chatter, with_waves_given_others
 
 from cycloid_profile.design import as_built_reducer
 from cycloid_profile.diagnosis import diagnose
@@ -13,13 +14,12 @@ from cycloid_profile.diagnosis.data.noise import Noise as Coloured
 from cycloid_profile.diagnosis.data.recording import record
 from cycloid_profile.diagnosis.model.candidate import Candidate, candidates, chatter
 from cycloid_profile.diagnosis.model.detection import detect
+from cycloid_profile.diagnosis.model.evidence import Library
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
-from cycloid_profile.diagnosis.model.library import Library
-from cycloid_profile.diagnosis.model.normal_equations import Whitened, normal_equations
+from cycloid_profile.diagnosis.model.whitened import Whitened, normal_equations
 from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
 from cycloid_profile.diagnosis.model.priors import priors_of
 from cycloid_profile.diagnosis.model.unscanned_waves import UnscannedWaves, unscanned
-from cycloid_profile.diagnosis.search.chatter_candidates import significant_chatter, with_waves_given_others
 from cycloid_profile.effects import AsBuiltReducer, CumulativePitchError, Effect, GrindingChatter, PinCircleRadiusError
 from cycloid_profile.measurement import Measurement, parse_measurement
 from cycloid_profile.rig import Settings, simulate

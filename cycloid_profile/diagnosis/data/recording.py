@@ -51,6 +51,7 @@ _HELD_OUT = 5  # one block in five
 MOST_ROWS = 20_000
 _GAP = 2.0  # times the usual length of a group: larger gaps separate groups
 FEW_LOBES = 0.5  # share of the lobes: fewer show no waves round the disc
+_SMOOTHED = 0.85  # correlation of neighbours that no reading of a loop has
 _FEW_ERRORS = 5  # up to this number, notes give their locations
 
 
@@ -275,6 +276,9 @@ def _curve_recording(reducer: AsBuiltReducer, measurement: Measurement) -> Recor
         notes.append(f"{np.count_nonzero(erroneous)} reading errors are omitted")
         rows, block = rows[~erroneous], block[~erroneous]
     noise = estimate_noise(residual[rows], rows, measurement.stated_noise)
+    if measurement.kind is HYSTERESIS and noise.rho > _SMOOTHED:
+        # Averaged and smoothed: what varies slowly along the branches is the reducer, not the reading.
+        noise = local_noise(residual[rows], rows, measurement.stated_noise)
     drift = _drift(reducer, measurement, residual[rows], rows, noise)
     if drift:
         notes.append("the rows drift from the first to the last; a line is fitted with the effects")

@@ -8,7 +8,7 @@ import numpy as np
 
 from cycloid_profile.arrays import ComplexArray, FloatArray
 from cycloid_profile.diagnosis.data.noise import sidak
-from cycloid_profile.diagnosis.model.normal_equations import Whitened
+from cycloid_profile.diagnosis.model.whitened import Whitened
 from cycloid_profile.effects import GrindingChatter
 
 LEAST_WAVES = 13  # one more than the orders of form that ``detection`` tests one by one

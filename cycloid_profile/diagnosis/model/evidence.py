@@ -9,15 +9,17 @@ last sum covers one-sided members, whose prior is a half-normal distribution.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 
 from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
 from cycloid_profile.diagnosis.model.candidate import IMPLAUSIBLE, Candidate, places
-from cycloid_profile.diagnosis.model.normal_equations import NormalEquations, coordinates
+from cycloid_profile.diagnosis.model.whitened import NormalEquations, coordinates
 
 CHANCE = 0.05  # prior probability of each effect: two of forty are expected
 _EXTENDED_PAIRS = 40  # bounds the triples, whose number grows with pairs times candidates
@@ -185,3 +187,58 @@ def of_different_names(equations: NormalEquations, sets: IntArray) -> IntArray:
         twice |= of[sets[:, i]] == of[sets[:, j]]
     kept: IntArray = sets[~twice]
     return kept
+
+
+@dataclass(frozen=True, eq=False)
+class Library:
+    """``candidates``; chatter among them can have any of ``frequencies`` numbers of waves."""
+
+    candidates: tuple[Candidate, ...]
+    frequencies: int
+
+    @cached_property
+    def priors(self) -> FloatArray:
+        """Log prior of each candidate, shape (candidates,)."""
+        return log_priors(self.candidates, frequencies=self.frequencies)
+
+    def with_more(self, more: Sequence[Candidate]) -> Library:
+        """The library extended by candidates it does not have; existing indices are unchanged."""
+        fresh = [one for one in dict.fromkeys(more) if one not in self._numbers]
+        return Library((*self.candidates, *fresh), self.frequencies) if fresh else self
+
+    def places(self, members: Sequence[Candidate]) -> list[int]:
+        """Indices of candidates."""
+        return [self._numbers[member] for member in members]
+
+    def members(self, places: Sequence[int]) -> tuple[Candidate, ...]:
+        """Candidates of indices."""
+        return tuple(self.candidates[i] for i in places)
+
+    def prior(self, members: Sequence[Candidate]) -> float:
+        """Sum of the log priors of members."""
+        return float(sum(self.priors[self.places(members)]))
+
+    def where(self, name: str, choice: Mapping[str, Any]) -> Candidate | None:
+        """The candidate of a name with this choice of parts, None if absent."""
+        return self._by_choice.get((name, _key(choice)))
+
+    @cached_property
+    def names(self) -> frozenset[str]:
+        """Names of the effects."""
+        return frozenset(candidate.name for candidate in self.candidates)
+
+    def of_name(self, name: str) -> list[int]:
+        """Indices of an effect at all its locations."""
+        return [i for i, candidate in enumerate(self.candidates) if candidate.name == name]
+
+    @cached_property
+    def _by_choice(self) -> dict[tuple[str, tuple[tuple[str, Any], ...]], Candidate]:
+        return {(candidate.name, _key(candidate.choice)): candidate for candidate in self.candidates}
+
+    @cached_property
+    def _numbers(self) -> dict[Candidate, int]:
+        return {candidate: i for i, candidate in enumerate(self.candidates)}
+
+
+def _key(choice: Mapping[str, Any]) -> tuple[tuple[str, Any], ...]:
+    return tuple(sorted(choice.items()))

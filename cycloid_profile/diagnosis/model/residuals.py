@@ -11,9 +11,9 @@ import numpy as np
 
 from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
 from cycloid_profile.diagnosis.data.recording import Recording
+from cycloid_profile.diagnosis.model._model_error import form_error, load_error, order_error
 from cycloid_profile.diagnosis.model.candidate import Candidate
 from cycloid_profile.diagnosis.model.flank_grid import FlankGrid
-from cycloid_profile.diagnosis.model.model_error import form_error, load_error, order_error
 from cycloid_profile.effects import AsBuiltReducer, chatter_angle, removal_between
 from cycloid_profile.measurement import HYSTERESIS, PROFILE_SCAN
 from cycloid_profile.rig import CurvePrediction, LinearisedCurve, predict_curves, register_scan

@@ -24,7 +24,7 @@ from cycloid_profile.diagnosis.model.chatter_spectrum import (
     cosine_and_sine,
     off_lobes,
 )
-from cycloid_profile.diagnosis.model.normal_equations import Whitened
+from cycloid_profile.diagnosis.model.whitened import Whitened
 from cycloid_profile.measurement import PROFILE_SCAN
 
 if TYPE_CHECKING:

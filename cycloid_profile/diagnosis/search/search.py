@@ -13,19 +13,18 @@ import numpy as np
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.model.candidate import Candidate, Variety
-from cycloid_profile.diagnosis.model.evidence import estimate
+from cycloid_profile.diagnosis.model.evidence import Library, estimate
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
-from cycloid_profile.diagnosis.model.library import Library
-from cycloid_profile.diagnosis.model.normal_equations import NormalEquations, normal_equations
+from cycloid_profile.diagnosis.model.whitened import NormalEquations, normal_equations
 from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
+from cycloid_profile.diagnosis.search._proposals import Proposal, linear_proposals
+from cycloid_profile.diagnosis.search._second_order import second_order, second_order_with_first
+from cycloid_profile.diagnosis.search._starts import of_finite_size
+from cycloid_profile.diagnosis.search._subsampling import smallest_subsample
+from cycloid_profile.diagnosis.search._symmetric_parts import on_other_parts
+from cycloid_profile.diagnosis.search._waves import alternative_waves, refitted, waves_left
 from cycloid_profile.diagnosis.search.lobe_index import offsets_about, with_offsets
-from cycloid_profile.diagnosis.search.proposals import Proposal, linear_proposals
 from cycloid_profile.diagnosis.search.seam import offsets_by_seams
-from cycloid_profile.diagnosis.search.second_order import second_order, second_order_with_first
-from cycloid_profile.diagnosis.search.starts import of_finite_size
-from cycloid_profile.diagnosis.search.subsampling import smallest_subsample
-from cycloid_profile.diagnosis.search.symmetric_parts import on_other_parts
-from cycloid_profile.diagnosis.search.waves import alternative_waves, refitted, waves_left
 from cycloid_profile.measurement import HYSTERESIS
 
 Key = tuple[frozenset[Candidate], tuple[int, ...]]

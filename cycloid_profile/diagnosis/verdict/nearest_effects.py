@@ -12,7 +12,7 @@ import numpy as np
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.diagnosis.model.candidate import Candidate
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
-from cycloid_profile.diagnosis.model.normal_equations import NormalEquations, coordinates
+from cycloid_profile.diagnosis.model.whitened import NormalEquations, coordinates
 from cycloid_profile.diagnosis.model.optimum import Attempt
 from cycloid_profile.diagnosis.model.priors import priors_of
 

@@ -21,14 +21,14 @@ from cycloid_profile.diagnosis.model.detection import (
 )
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
 from cycloid_profile.diagnosis.model.flank_grid import FlankGrid
-from cycloid_profile.diagnosis.model.normal_equations import NormalEquations, Whitened, normal_equations
+from cycloid_profile.diagnosis.model.whitened import NormalEquations, Whitened, normal_equations
 from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
 from cycloid_profile.diagnosis.model.residuals import Residuals, nuisance_fitted
 from cycloid_profile.diagnosis.planning.detectable import smallest_detectable
 from cycloid_profile.diagnosis.search.lobe_index import index_lobes
 from cycloid_profile.diagnosis.search.seam import seam_notes
 from cycloid_profile.diagnosis.search.search import SearchResult, search_effects
-from cycloid_profile.diagnosis.verdict.alternatives import location_notes, named_effects, rotation_notes
+from cycloid_profile.diagnosis.verdict._alternatives import location_notes, named_effects, rotation_notes
 from cycloid_profile.diagnosis.verdict.nearest_effects import nearest
 from cycloid_profile.diagnosis.verdict.result import Diagnosis, FileGap, NamedEffect
 from cycloid_profile.effects import AsBuiltReducer

@@ -13,9 +13,8 @@ import numpy as np
 from cycloid_profile.arrays import FloatArray, IntArray
 from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.model.candidate import Candidate, Variety
-from cycloid_profile.diagnosis.model.evidence import Scored, distinct, estimate, of_different_names, scores
-from cycloid_profile.diagnosis.model.library import Library
-from cycloid_profile.diagnosis.model.normal_equations import NormalEquations
+from cycloid_profile.diagnosis.model.evidence import Library, Scored, distinct, estimate, of_different_names, scores
+from cycloid_profile.diagnosis.model.whitened import NormalEquations
 from cycloid_profile.diagnosis.model.optimum import Optimum
 
 _LEADING = 24  # effects whose pairs are scored with all others

@@ -8,7 +8,7 @@ import numpy as np
 
 from cycloid_profile.diagnosis.model.candidate import Candidate
 from cycloid_profile.diagnosis.model.evidence import ALIAS
-from cycloid_profile.diagnosis.model.normal_equations import NormalEquations
+from cycloid_profile.diagnosis.model.whitened import NormalEquations
 from cycloid_profile.effects import AsBuiltReducer, EffectLocation, removal_between
 
 _POINTS_PER_LOBE = 60  # as many as the finest cells of a scan

@@ -10,10 +10,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray
-from cycloid_profile.diagnosis.model.evidence import is_plausible
+from cycloid_profile.diagnosis.model.evidence import Library, is_plausible
 from cycloid_profile.diagnosis.model.exact_model import ExactModel, State
-from cycloid_profile.diagnosis.model.library import Library
-from cycloid_profile.diagnosis.model.normal_equations import NormalEquations, Whitened, normal_equations
+from cycloid_profile.diagnosis.model.whitened import NormalEquations, Whitened, normal_equations
 from cycloid_profile.effects import EffectLocation
 from cycloid_profile.measurement import PROFILE_SCAN
 

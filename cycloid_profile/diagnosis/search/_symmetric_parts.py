@@ -15,7 +15,7 @@ import numpy as np
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.diagnosis.model.candidate import Candidate
-from cycloid_profile.diagnosis.model.library import Library
+from cycloid_profile.diagnosis.model.evidence import Library
 from cycloid_profile.diagnosis.model.optimum import Optimum
 
 _MOST = 18  # of each set

@@ -9,11 +9,11 @@ import numpy as np
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.model.candidate import Candidate, Variety
+from cycloid_profile.diagnosis.model.evidence import Library
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
-from cycloid_profile.diagnosis.model.library import Library
-from cycloid_profile.diagnosis.model.normal_equations import NormalEquations
-from cycloid_profile.diagnosis.search.proposals import Proposal
-from cycloid_profile.diagnosis.search.second_order import change_of_predictions, chi2_reduction
+from cycloid_profile.diagnosis.model.whitened import NormalEquations
+from cycloid_profile.diagnosis.search._proposals import Proposal
+from cycloid_profile.diagnosis.search._second_order import change_of_predictions, chi2_reduction
 
 _SIZE = 0.5  # prior widths
 _FEW = 12  # locations of one effect that are all tried
