@@ -18,7 +18,6 @@ from typing import Any
 
 import numpy as np
 from cycloid_profile.diagnosis.model.lobe_index import index_lobes
-from cycloid_profile.diagnosis.search.local_search import equations_about
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.design import as_built_reducer
@@ -30,10 +29,11 @@ from cycloid_profile.diagnosis.model.candidate import Candidate, candidates, cha
 from cycloid_profile.diagnosis.model.evidence import CHANCE, Library, estimate, rank_sets
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
 from cycloid_profile.diagnosis.model.flank_grid import FlankGrid
-from cycloid_profile.diagnosis.model.whitened import normal_equations
 from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
 from cycloid_profile.diagnosis.model.priors import priors_of
+from cycloid_profile.diagnosis.model.whitened import normal_equations
 from cycloid_profile.diagnosis.search._subsampling import subsample
+from cycloid_profile.diagnosis.search.search import equations_about
 from cycloid_profile.measurement import PROFILE_SCAN, parse_measurement
 from cycloid_profile.spec import parse_spec
 from tests.diagnosis.blind import Hidden, draw_case, spec_text

@@ -21,8 +21,8 @@ from cycloid_profile.diagnosis.data.recording import record, use_all_rows
 from cycloid_profile.diagnosis.model.candidate import Candidate, candidates, chatter
 from cycloid_profile.diagnosis.model.evidence import ALIAS
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
-from cycloid_profile.diagnosis.model.whitened import NormalEquations, coordinates, normal_equations
 from cycloid_profile.diagnosis.model.priors import priors_of
+from cycloid_profile.diagnosis.model.whitened import NormalEquations, coordinates, normal_equations
 from cycloid_profile.measurement import PROFILE_SCAN, parse_measurement
 from cycloid_profile.spec import parse_spec
 from tests.diagnosis.blind import Hidden, Reducer, spec_text

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from cycloid_profile.diagnosis.search.chatter_candidates import significant_chatter
 
 from cycloid_profile.design import as_built_reducer
 from cycloid_profile.diagnosis import Residuals, diagnose
@@ -20,8 +19,10 @@ from cycloid_profile.diagnosis.model.chatter_spectrum import (
 )
 from cycloid_profile.diagnosis.model.evidence import Library
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
-from cycloid_profile.diagnosis.model.whitened import Whitened
 from cycloid_profile.diagnosis.model.priors import priors_of
+from cycloid_profile.diagnosis.model.whitened import Whitened
+from cycloid_profile.diagnosis.search._waves import waves_left
+from cycloid_profile.diagnosis.search.search import empty_fit
 from cycloid_profile.measurement import parse_measurement
 from cycloid_profile.spec import parse_spec
 from tests.diagnosis.blind import Hidden, Noise, Reducer, scan, spec_text, transmission_error
@@ -81,6 +82,7 @@ def test_with_turns_waves_of_a_scan_may_be_on_all_discs(turns, discs):
     if turns:
         text = transmission_error(Reducer(), torque_nm=412.0, rows=400, noise=Noise(0.15), seed=6)
         files.append(parse_measurement(text, "turn.csv"))
-    first = significant_chatter(ExactModel(reducer, [record(reducer, one) for one in files]))[: len(discs)]
+    model = ExactModel(reducer, [record(reducer, one) for one in files])
+    first = waves_left(model, empty_fit(model).optimum)[: len(discs)]
     assert [one.choice.get("disc") for one in first] == discs
     assert all(one.choice["waves_per_turn"] == pytest.approx(493.3, abs=0.1) for one in first)

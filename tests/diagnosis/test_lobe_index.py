@@ -7,8 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from cycloid_profile.diagnosis.model.lobe_index import reindexed_about, reindexed_equations, with_raised_index
-from cycloid_profile.diagnosis.search.scan_led_search import search_led_by_scans
 
 from cycloid_profile.design import as_built_reducer
 from cycloid_profile.diagnosis import Residuals
@@ -17,8 +15,15 @@ from cycloid_profile.diagnosis.model.candidate import candidates
 from cycloid_profile.diagnosis.model.evidence import Library
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
 from cycloid_profile.diagnosis.model.flank_grid import FlankGrid
-from cycloid_profile.diagnosis.model.whitened import Whitened, normal_equations
 from cycloid_profile.diagnosis.model.optimum import Attempt
+from cycloid_profile.diagnosis.model.whitened import Whitened, normal_equations
+from cycloid_profile.diagnosis.search.lobe_index import (
+    offsets_about,
+    reindexed_equations,
+    with_offsets,
+    with_raised_index,
+)
+from cycloid_profile.diagnosis.search.search import search_effects
 from cycloid_profile.effects import AsBuiltReducer, CumulativePitchError, DiscOval, PinRingOval
 from cycloid_profile.rig import Settings, simulate
 from cycloid_profile.spec import parse_spec
@@ -69,13 +74,11 @@ def test_a_scan_indexed_180_degrees_off_is_corrected_given_the_oval(reducer):
         for name, some in (("right", right), ("wrong", wrong))
     }
     best = models["wrong"].optimum(Attempt((oval,), start, steps=1), library.prior([oval]))
-    counted = reindexed_about(models["wrong"], models["wrong"], library, best)
-    assert counted is not models["wrong"]
+    counted = with_offsets(models["wrong"], offsets_about(models["wrong"], library, best))
     first = right[0].placed.turn
     assert counted.recordings[0].placed.turn == pytest.approx(first, abs=1e-4)
-    # With the right index the same model is returned.
     best = models["right"].optimum(Attempt((oval,), start, steps=1), library.prior([oval]))
-    assert reindexed_about(models["right"], models["right"], library, best) is models["right"]
+    assert not any(offsets_about(models["right"], library, best))
 
 
 @pytest.mark.slow
@@ -94,17 +97,14 @@ def test_effects_of_a_scan_are_tried_with_every_lobe_index(reducer):
     some, flank_grid = [with_raised_index(scan, 11, LOBES), *turns], FlankGrid(reducer)
     library = Library(candidates(reducer, frozenset({0}), True), 2)
     model = ExactModel(reducer, some, flank_grid, [Residuals(r, reducer, flank_grid) for r in some])
-    counted, found = search_led_by_scans(model, library, 1e4, lambda _: None)
-    assert found is not None
-    pitch, oval = found.members
-    assert (pitch.name, pitch.choice["disc"]) == ("cumulative_pitch_error", None)
+    found = search_effects(model, library.candidates, 1e4, lambda _: None)
+    best = {one.name: (one, found.best.coordinates(i)) for i, one in enumerate(found.best.members)}
+    assert set(best) == {"cumulative_pitch_error", "pin_ring_oval"}
+    pitch, size = best["cumulative_pitch_error"]
+    assert pitch.choice["disc"] is None
     # The origin of the scan is known to 0.1 µm, or 3.4° of this error; half a lobe is 4.6°.
-    assert pitch.parameters(found.coordinates(0))["phase_deg"] == pytest.approx(250.0, abs=3.4)
-    assert oval.name == "pin_ring_oval"
-    assert counted.recordings[0].placed.turn == pytest.approx(scan.placed.turn, abs=1e-4)
-    # The right index is kept; without a scan, or with a clean one, the search has no start.
-    assert search_led_by_scans(counted, library, 1e4, lambda _: None)[0] is counted
-    assert search_led_by_scans(model.without_scans(), library, 1e4, lambda _: None)[1] is None
+    assert pitch.parameters(size)["phase_deg"] == pytest.approx(250.0, abs=3.4)
+    assert found.model.recordings[0].placed.turn == pytest.approx(scan.placed.turn, abs=1e-4)
 
 
 @pytest.mark.slow

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from cycloid_profile.diagnosis.model.candidate import NOT_YET_PROPOSED, candidates
+from cycloid_profile.diagnosis.model.candidate import NOT_YET_PROPOSED, OF_PLASTICS, candidates
 from cycloid_profile.effects import EFFECTS
 from tests.diagnosis.correcting import drawn
 
@@ -18,7 +18,9 @@ def test_the_library_has_the_effects_it_was_validated_with() -> None:
         assert names
         assert not names & NOT_YET_PROPOSED
     # All effects but chatter, which the spectrum proposes, and a displaced pin, which is another name of a thick one.
-    assert {one.name for one in candidates(drawn(), frozenset({0}), True)} == set(EFFECTS) - NOT_YET_PROPOSED - {
+    assert {one.name for one in candidates(drawn(), frozenset({0}), True)} == set(
+        EFFECTS
+    ) - NOT_YET_PROPOSED - OF_PLASTICS - {
         "grinding_chatter",
         "pin_position_error",
     }

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from cycloid_profile.design import as_built_reducer
-from cycloid_profile.diagnosis import plan
 from cycloid_profile.diagnosis.data.recording import record
 from cycloid_profile.diagnosis.model.candidate import candidates
+from cycloid_profile.diagnosis.planning import plan
 from cycloid_profile.errors import SolveError
 from cycloid_profile.measurement import parse_measurement
 from cycloid_profile.spec import parse_spec

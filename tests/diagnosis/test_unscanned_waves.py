@@ -6,21 +6,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from cycloid_profile.diagnosis.search.chatter_candidates import significant_chatter, with_waves_given_others
 
 from cycloid_profile.design import as_built_reducer
 from cycloid_profile.diagnosis import diagnose
 from cycloid_profile.diagnosis.data.noise import Noise as Coloured
 from cycloid_profile.diagnosis.data.recording import record
-from cycloid_profile.diagnosis.model.candidate import Candidate, candidates, chatter
+from cycloid_profile.diagnosis.model.candidate import candidates, chatter
 from cycloid_profile.diagnosis.model.detection import detect
-from cycloid_profile.diagnosis.model.evidence import Library
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
-from cycloid_profile.diagnosis.model.whitened import Whitened, normal_equations
-from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
 from cycloid_profile.diagnosis.model.priors import priors_of
 from cycloid_profile.diagnosis.model.unscanned_waves import UnscannedWaves, unscanned
-from cycloid_profile.effects import AsBuiltReducer, CumulativePitchError, Effect, GrindingChatter, PinCircleRadiusError
+from cycloid_profile.diagnosis.model.whitened import Whitened, normal_equations
+from cycloid_profile.diagnosis.search._waves import waves_left
+from cycloid_profile.diagnosis.search.search import empty_fit
+from cycloid_profile.effects import AsBuiltReducer, CumulativePitchError, Effect, GrindingChatter
 from cycloid_profile.measurement import Measurement, parse_measurement
 from cycloid_profile.rig import Settings, simulate
 from cycloid_profile.spec import parse_spec
@@ -98,9 +97,9 @@ def test_wave_and_disc_are_identified(chattering):
     assert best == 1
     assert peaks[1][0].waves == pytest.approx(462.63, abs=0.1)
     assert peaks[1][0].p_value < 1e-9
-    assert [one.choice for one in significant_chatter(chattering) if one.choice.get("disc") == 1] == [
-        {"waves_per_turn": peaks[1][0].waves, "disc": 1}
-    ]
+    assert [
+        one.choice for one in waves_left(chattering, empty_fit(chattering).optimum) if one.choice.get("disc") == 1
+    ] == [{"waves_per_turn": peaks[1][0].waves, "disc": 1, "constant_speed": "generating"}]
 
 
 @pytest.mark.slow
@@ -123,7 +122,7 @@ def test_a_number_of_waves_is_kept_where_another_is_no_better(chattering):
 def test_noise_makes_no_wave(drawn, seed):
     model = model_of(drawn, seed=seed)
     assert all(UnscannedWaves(model.baseline.blocks, (), disc).strongest()[0].p_value > 1e-3 for disc in (1, 2, None))
-    assert significant_chatter(model) == []
+    assert waves_left(model, empty_fit(model).optimum) == []
 
 
 @pytest.mark.slow
@@ -151,7 +150,7 @@ def test_a_scanned_disc_is_not_tested_on_turns(drawn, chattering):
 def test_an_unknown_effect_is_not_named_chatter(drawn):
     """An unknown runout fills the spectrum of turns with waves, none of which explains most of it."""
     model = model_of(drawn, CumulativePitchError(amplitude_um=2.0, phase_deg=30.0, disc=1))
-    assert significant_chatter(model) == []
+    assert waves_left(model, empty_fit(model).optimum) == []
 
 
 @pytest.mark.slow
@@ -174,26 +173,3 @@ def test_chatter_is_named_with_another_effect(drawn):
     assert min(abs(n - 462.63) for n in waves) < 0.1
     assert "crank_hole_error" in {name for effect in reported.values() for name in effect.group}
     assert found.remainder is None
-
-
-@pytest.mark.slow
-def test_other_effects_are_tried_with_a_wave(drawn):
-    """An unknown wave changes the ranking of single effects; combined with a wave the right one ranks first."""
-    model = model_of(drawn, DISC_1, PinCircleRadiusError(amount_um=-1.0))
-    library = Library(candidates(drawn, frozenset(), True), 2)
-
-    def fitted(name: str, *more: Candidate) -> Optimum:
-        members = (next(c for c in library.candidates if c.name == name), *more)
-        found = model.optimum(Attempt(members, np.array([-0.3, 0.0] + [0.05, 0.0] * len(more))), 0.0)
-        assert found is not None
-        return found
-
-    right, wrong = fitted("pin_circle_radius_error"), fitted("generating_eccentricity_error")
-    assert with_waves_given_others(model, library, wrong, [right]) == (library, [])
-    with_wave = fitted("generating_eccentricity_error", chatter(480.0, 2, priors_of(drawn)))
-    larger, starts = with_waves_given_others(model, library, with_wave, [wrong, right])
-    (beside,) = {tuple(larger.candidates[i].name for i in members) for members, _ in starts}
-    assert beside == ("pin_circle_radius_error", "grinding_chatter")
-    waves = [larger.candidates[members[1]].choice["waves_per_turn"] for members, _ in starts]
-    # Up to integers per lobe, which turns hardly separate.
-    assert min(abs((n - WAVE["waves_per_turn"] + 19.5) % 39.0 - 19.5) for n in waves) < 0.1

@@ -33,10 +33,6 @@ from cycloid_profile.diagnosis.model.evidence import scores as scores
 from cycloid_profile.diagnosis.model.exact_model import ExactModel as ExactModel
 from cycloid_profile.diagnosis.model.exact_model import State as State
 from cycloid_profile.diagnosis.model.flank_grid import FlankGrid as FlankGrid
-from cycloid_profile.diagnosis.model.whitened import NormalEquations as NormalEquations
-from cycloid_profile.diagnosis.model.whitened import Whitened as Whitened
-from cycloid_profile.diagnosis.model.whitened import coordinates as coordinates
-from cycloid_profile.diagnosis.model.whitened import normal_equations as normal_equations
 from cycloid_profile.diagnosis.model.optimum import Attempt as Attempt
 from cycloid_profile.diagnosis.model.optimum import Optimum as Optimum
 from cycloid_profile.diagnosis.model.priors import Priors as Priors
@@ -46,3 +42,7 @@ from cycloid_profile.diagnosis.model.residuals import nuisance_fitted as nuisanc
 from cycloid_profile.diagnosis.model.unscanned_waves import Peak as Peak
 from cycloid_profile.diagnosis.model.unscanned_waves import UnscannedWaves as UnscannedWaves
 from cycloid_profile.diagnosis.model.unscanned_waves import unscanned as unscanned
+from cycloid_profile.diagnosis.model.whitened import NormalEquations as NormalEquations
+from cycloid_profile.diagnosis.model.whitened import Whitened as Whitened
+from cycloid_profile.diagnosis.model.whitened import coordinates as coordinates
+from cycloid_profile.diagnosis.model.whitened import normal_equations as normal_equations

@@ -40,7 +40,7 @@ NOT_YET_PROPOSED = frozenset({
     "sun_runout", "input_runout", "elastoslide_friction", "stribeck_friction",
 })  # fmt: skip
 # Metal neither creeps nor softens at these loads.
-_OF_PLASTICS = frozenset({"nonlinear_series_compliance", "viscoelastic_creep"})
+OF_PLASTICS = frozenset({"nonlinear_series_compliance", "viscoelastic_creep"})
 # A displaced pin is an alias of a pin with another radius. The spectrum proposes the waves of chatter.
 ONLY_TOLERANCES = NOT_YET_PROPOSED | {"pin_position_error"}
 _NOT_LISTED = ONLY_TOLERANCES | {"grinding_chatter"}
@@ -173,7 +173,7 @@ def candidates(reducer: AsBuiltReducer, scanned: frozenset[int], curves: bool) -
     for kind in EFFECTS.values():
         if kind.name in _NOT_LISTED or (kind.location is not EffectLocation.FLANK and not curves):
             continue
-        if kind.name in _OF_PLASTICS and priors.quality != "printed":
+        if kind.name in OF_PLASTICS and priors.quality != "printed":
             continue
         for choice in _choices(kind, reducer, scanned, curves):
             candidate = candidate_of(kind, choice, priors)

@@ -18,9 +18,9 @@ from cycloid_profile.arrays import FloatArray
 from cycloid_profile.diagnosis.data.noise import SCATTER_OF_ESTIMATE, sidak, upper_tail
 from cycloid_profile.diagnosis.model.candidate import Candidate, places
 from cycloid_profile.diagnosis.model.chatter_spectrum import chatter_spectrum
-from cycloid_profile.diagnosis.model.whitened import NormalEquations, Whitened
 from cycloid_profile.diagnosis.model.residuals import nuisance_fitted
 from cycloid_profile.diagnosis.model.unscanned_waves import UnscannedWaves, unscanned
+from cycloid_profile.diagnosis.model.whitened import NormalEquations, Whitened
 from cycloid_profile.effects import GrindingChatter
 from cycloid_profile.measurement import HYSTERESIS, PROFILE_SCAN
 from cycloid_profile.units import DEGREE

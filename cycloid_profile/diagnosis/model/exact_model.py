@@ -15,9 +15,9 @@ from cycloid_profile.diagnosis.data.recording import Recording
 from cycloid_profile.diagnosis.model.candidate import Candidate
 from cycloid_profile.diagnosis.model.evidence import log_evidence_at
 from cycloid_profile.diagnosis.model.flank_grid import FlankGrid
-from cycloid_profile.diagnosis.model.whitened import Whitened, normal_equations
 from cycloid_profile.diagnosis.model.optimum import FARTHEST, Attempt, Optimum
 from cycloid_profile.diagnosis.model.residuals import Residuals, predicted_curves
+from cycloid_profile.diagnosis.model.whitened import Whitened, normal_equations
 from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.errors import CycloidError
 from cycloid_profile.measurement import HYSTERESIS, PROFILE_SCAN

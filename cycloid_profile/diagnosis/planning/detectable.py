@@ -14,8 +14,8 @@ import numpy as np
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.diagnosis.model.candidate import Candidate, places
 from cycloid_profile.diagnosis.model.detection import FALSE_ALARM
-from cycloid_profile.diagnosis.model.whitened import NormalEquations, Whitened
 from cycloid_profile.diagnosis.model.residuals import Residuals
+from cycloid_profile.diagnosis.model.whitened import NormalEquations, Whitened
 from cycloid_profile.errors import CycloidError
 
 SUFFICIENT_SHARE = 0.8  # of the required noncentrality

@@ -14,8 +14,8 @@ from cycloid_profile.diagnosis.data.noise import Noise
 from cycloid_profile.diagnosis.data.recording import Recording, record, use_all_rows
 from cycloid_profile.diagnosis.model.candidate import Candidate, candidates, places
 from cycloid_profile.diagnosis.model.evidence import ALIAS
-from cycloid_profile.diagnosis.model.whitened import NormalEquations, Whitened, coordinates, normal_equations
 from cycloid_profile.diagnosis.model.residuals import Residuals
+from cycloid_profile.diagnosis.model.whitened import NormalEquations, Whitened, coordinates, normal_equations
 from cycloid_profile.diagnosis.planning.detectable import detectable, exact_size, noncentrality, noncentrality_of
 from cycloid_profile.effects import AsBuiltReducer, EffectLocation
 from cycloid_profile.errors import CycloidError

@@ -14,8 +14,8 @@ from cycloid_profile.arrays import FloatArray, IntArray
 from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.model.candidate import Candidate, Variety
 from cycloid_profile.diagnosis.model.evidence import Library, Scored, distinct, estimate, of_different_names, scores
-from cycloid_profile.diagnosis.model.whitened import NormalEquations
 from cycloid_profile.diagnosis.model.optimum import Optimum
+from cycloid_profile.diagnosis.model.whitened import NormalEquations
 
 _LEADING = 24  # effects whose pairs are scored with all others
 

@@ -10,10 +10,10 @@ from cycloid_profile.arrays import FloatArray
 from cycloid_profile.diagnosis.model.candidate import Candidate, chatter
 from cycloid_profile.diagnosis.model.chatter_spectrum import AS_GOOD, PEAK, chatter_peaks, even_in, peak_near
 from cycloid_profile.diagnosis.model.exact_model import ExactModel, State
-from cycloid_profile.diagnosis.model.whitened import Whitened
 from cycloid_profile.diagnosis.model.optimum import Optimum
 from cycloid_profile.diagnosis.model.priors import priors_of
 from cycloid_profile.diagnosis.model.unscanned_waves import Peak, UnscannedWaves, unscanned
+from cycloid_profile.diagnosis.model.whitened import Whitened
 from cycloid_profile.effects import GrindingChatter
 from cycloid_profile.measurement import PROFILE_SCAN
 

@@ -11,8 +11,8 @@ from cycloid_profile.diagnosis.data.noise import sidak
 from cycloid_profile.diagnosis.data.recording import Recording
 from cycloid_profile.diagnosis.model.chatter_spectrum import PEAK, chi2_reduction
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
-from cycloid_profile.diagnosis.model.whitened import Whitened
 from cycloid_profile.diagnosis.model.optimum import Optimum
+from cycloid_profile.diagnosis.model.whitened import Whitened
 from cycloid_profile.diagnosis.search.lobe_index import has_free_index
 from cycloid_profile.effects import GrindingChatter
 from cycloid_profile.measurement import PROFILE_SCAN

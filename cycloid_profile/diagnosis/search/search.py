@@ -15,8 +15,8 @@ from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.model.candidate import Candidate, Variety
 from cycloid_profile.diagnosis.model.evidence import Library, estimate
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
-from cycloid_profile.diagnosis.model.whitened import NormalEquations, normal_equations
 from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
+from cycloid_profile.diagnosis.model.whitened import NormalEquations, normal_equations
 from cycloid_profile.diagnosis.search._proposals import Proposal, linear_proposals
 from cycloid_profile.diagnosis.search._second_order import second_order, second_order_with_first
 from cycloid_profile.diagnosis.search._starts import of_finite_size

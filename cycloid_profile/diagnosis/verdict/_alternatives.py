@@ -12,8 +12,8 @@ import numpy as np
 from cycloid_profile.diagnosis.model.candidate import Candidate, Variety
 from cycloid_profile.diagnosis.model.evidence import ALIAS, estimate, linear_evidence
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
-from cycloid_profile.diagnosis.model.whitened import NormalEquations, coordinates, normal_equations
 from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
+from cycloid_profile.diagnosis.model.whitened import NormalEquations, coordinates, normal_equations
 from cycloid_profile.diagnosis.planning.plan import separating_measurement
 from cycloid_profile.diagnosis.search.search import SearchResult
 from cycloid_profile.diagnosis.verdict._identical_effects import always_identical, cosine

@@ -12,9 +12,9 @@ import numpy as np
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.diagnosis.model.candidate import Candidate
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
-from cycloid_profile.diagnosis.model.whitened import NormalEquations, coordinates
 from cycloid_profile.diagnosis.model.optimum import Attempt
 from cycloid_profile.diagnosis.model.priors import priors_of
+from cycloid_profile.diagnosis.model.whitened import NormalEquations, coordinates
 
 _REPORTED = 3  # a note stays one sentence
 _EXPLAINED = 0.9  # share of the initial residual that an accepted effect must explain

@@ -21,9 +21,9 @@ from cycloid_profile.diagnosis.model.detection import (
 )
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
 from cycloid_profile.diagnosis.model.flank_grid import FlankGrid
-from cycloid_profile.diagnosis.model.whitened import NormalEquations, Whitened, normal_equations
 from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
 from cycloid_profile.diagnosis.model.residuals import Residuals, nuisance_fitted
+from cycloid_profile.diagnosis.model.whitened import NormalEquations, Whitened, normal_equations
 from cycloid_profile.diagnosis.planning.detectable import smallest_detectable
 from cycloid_profile.diagnosis.search.lobe_index import index_lobes
 from cycloid_profile.diagnosis.search.seam import seam_notes
