@@ -13,8 +13,9 @@ REVERSAL = 0.5  # of an effect just after a reversal, where friction slips in ma
 # Search.
 ADDITIONS = 8  # kinds of sets with one more effect, and as many with two more, fitted about an optimum
 EXCHANGES = 3  # kinds of sets with one effect exchanged, fitted for each member
-BEAM = 6  # best sets whose neighbours are fitted
-EXPANSIONS = 14  # sets whose neighbours are fitted at most, on few rows; half as many on all rows
+BEAM, BEAM_ON_ALL_ROWS = 6, 2  # best sets whose neighbours are fitted, on few rows and on all
+EXPANSIONS, EXPANSIONS_ON_ALL_ROWS = 12, 4  # sets whose neighbours are fitted at most
 OPEN = 12.0  # of the evidence on all rows: sets this much worse than the best are not pursued
-LINEAR_ERROR = 0.05  # of the evidence: the same for curves, whose linear equations err
+# Of the evidence: the same for large effects, whose linear equations err; on all rows they start near the optimum.
+LINEAR_ERROR, LINEAR_ERROR_ON_ALL_ROWS = 0.02, 0.002
 FINITE = 12  # single effects fitted from a finite size

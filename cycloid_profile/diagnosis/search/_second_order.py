@@ -26,37 +26,31 @@ _POWER = 0.7
 
 
 def second_order(model: ExactModel, library: Library) -> list[Start]:
-    """Starts of single second-order effects, those that explain most."""
+    """Starts of single second-order effects that explain most, and of pairs with one first-order effect, the best of
+    each two names.
+
+    Neither of the two effects of a pair need be the best single effect. Effects that a scan shows are of first order.
+    """
     if model.only_scans:
         return []
-    found = []
-    for i, columns in _second_order_responses(model, library):
-        drop, amounts = chi2_reduction(model.baseline.blocks, columns)
-        found.append((drop, [i], _coordinates(amounts)))
-    found.sort(key=lambda f: -f[0])
-    return [(members, u) for _, members, u in found[:_SINGLES]]
-
-
-def second_order_with_first(coarse: ExactModel, library: Library) -> list[Start]:
-    """Starts with one second-order and one first-order effect, the best of each two names.
-
-    Neither of the two effects need be the best single effect. Effects that a scan shows are of first order.
-    """
-    if coarse.only_scans:
-        return []
-    blocks = coarse.baseline.blocks
-    first = normal_equations(blocks, library.candidates)
-    G = [block.columns(library.candidates) for block in blocks]
+    blocks, hypotheses = model.baseline.blocks, library.candidates
+    first = normal_equations(blocks, hypotheses)
+    G = [block.columns(hypotheses) for block in blocks]
+    alone: list[tuple[float, list[int], FloatArray]] = []
     best: dict[tuple[str, str], tuple[float, list[int], FloatArray]] = {}
-    for i, columns in _second_order_responses(coarse, library):
+    for i, columns in _second_order_responses(model, library):
+        drop, amounts = chi2_reduction(blocks, columns)
+        alone.append((drop, [i], _coordinates(amounts)))
         own = library.candidates[i]
-        if any(r.kind is PROFILE_SCAN and coarse.flank_grid.touches(own, r.disc) for r in coarse.recordings):
+        if any(r.kind is PROFILE_SCAN and model.flank_grid.touches(own, r.disc) for r in model.recordings):
             continue
-        for drop, k, amounts, u in _given_first_order(first, blocks, G, columns):
+        for both, k, amounts, u in _given_first_order(first, blocks, G, columns):
             names = (own.name, library.candidates[k].name)
-            if names[0] != names[1] and drop > best.get(names, (0.0,))[0]:
-                best[names] = (drop, [i, k], np.concatenate([_coordinates(amounts), u]))
-    return [(members, u) for _, members, u in sorted(best.values(), key=lambda f: -f[0])[:_PAIRS]]
+            if names[0] != names[1] and both > best.get(names, (0.0,))[0]:
+                best[names] = (both, [i, k], np.concatenate([_coordinates(amounts), u]))
+    singles = sorted(alone, key=lambda f: -f[0])[:_SINGLES]
+    pairs = sorted(best.values(), key=lambda f: -f[0])[:_PAIRS]
+    return [(members, u) for _, members, u in (*singles, *pairs)]
 
 
 def _given_first_order(

@@ -18,7 +18,7 @@ from cycloid_profile.diagnosis.model.exact_model import ExactModel
 from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
 from cycloid_profile.diagnosis.model.whitened import NormalEquations, normal_equations
 from cycloid_profile.diagnosis.search._proposals import Proposal, linear_proposals
-from cycloid_profile.diagnosis.search._second_order import second_order, second_order_with_first
+from cycloid_profile.diagnosis.search._second_order import second_order
 from cycloid_profile.diagnosis.search._starts import of_finite_size
 from cycloid_profile.diagnosis.search._subsampling import smallest_subsample
 from cycloid_profile.diagnosis.search._symmetric_parts import on_other_parts
@@ -83,15 +83,15 @@ def search_effects(
     frequencies = max((r.rows.size for r in model.recordings if r.kind is not HYSTERESIS), default=2)
     library = Library(tuple(candidates), frequencies)
     few = smallest_subsample(model, gain)
-    stage = _Stage(few, library, progress)
+    stage = _Stage(few, library, progress, tuned.BEAM, tuned.LINEAR_ERROR)
     stage.keep(empty_fit(few))
     stage.explore(tuned.EXPANSIONS)
     if few is not model:
         progress(f"fitting all rows, {len(stage.leading)} sets")
-        whole = _Stage(model, stage.library, progress)
+        whole = _Stage(model, stage.library, progress, tuned.BEAM_ON_ALL_ROWS, tuned.LINEAR_ERROR_ON_ALL_ROWS)
         whole.keep(empty_fit(model))
         whole.fit(Proposal(one.optimum.members, one.optimum.u, one.offsets) for one in stage.leading)
-        whole.explore(tuned.EXPANSIONS // 2)
+        whole.explore(tuned.EXPANSIONS_ON_ALL_ROWS)
         stage = whole
     best = stage.leading[0]
     found = stage.model(best.offsets)
@@ -117,10 +117,16 @@ def equations_about(model: ExactModel, library: Library, optimum: Optimum) -> No
 
 
 class _Stage:
-    """All fits on one set of rows. ``limited``: neighbours of a leading set were left out."""
+    """All fits on one set of rows, with a ``beam`` of leading sets and the share by which linear evidence may err.
 
-    def __init__(self, model: ExactModel, library: Library, progress: Callable[[str], None]) -> None:
+    ``limited``: neighbours of a leading set were left out.
+    """
+
+    def __init__(
+        self, model: ExactModel, library: Library, progress: Callable[[str], None], beam: int, error: float
+    ) -> None:
         self.library, self.progress, self.limited = library, progress, False
+        self._beam, self._error = beam, 0.0 if model.only_scans else error
         self._models = {(0,) * len(model.recordings): model}
         self._first = model
         self._fits: dict[Key, Fit] = {}
@@ -134,20 +140,23 @@ class _Stage:
     @property
     def leading(self) -> list[Fit]:
         """The beam: the best sets that are not far below the best."""
-        ranked = self.ranked
         chosen: list[Fit] = []
-        for one in ranked:
+        for one in self.ranked:
             # The same effects elsewhere, and more effects that gain nothing, would fill the beam with one idea.
-            known = any(one.kind == c.kind or one.adds_nothing_to(c) for c in chosen)
-            if len(chosen) < tuned.BEAM and not known and one.evidence > self._least:
+            known = any(one.kind == other.kind for other in chosen)
+            if len(chosen) < self._beam and not known and one.evidence > self._least and self._gains(one):
                 chosen.append(one)
-        return chosen
+        return chosen or self.ranked[:1]
+
+    def _gains(self, one: Fit) -> bool:
+        """Whether a set is the best, or clearly better than each of its subsets."""
+        return one is self.ranked[0] or not any(one.adds_nothing_to(other) for other in self._fits.values())
 
     @property
     def _least(self) -> float:
         """Evidence below which a set is not pursued: linear equations of scans are exact, those of curves are not."""
         best = self.ranked[0].evidence
-        return best - max(tuned.OPEN, 0.0 if self._first.only_scans else tuned.LINEAR_ERROR * best)
+        return best - max(tuned.OPEN, self._error * best)
 
     def model(self, offsets: tuple[int, ...]) -> ExactModel:
         """The model with these lobe indices."""
@@ -197,7 +206,7 @@ class _Stage:
         found = linear_proposals(equations, self.library, optimum, fit.offsets)
         if not optimum.members:
             found = [*of_finite_size(model, self.library, equations, fit.offsets), *found]
-            starts = [*second_order(model, self.library), *second_order_with_first(model, self.library)]
+            starts = second_order(model, self.library)
             return [*found, *(Proposal(self.library.members(i), u, fit.offsets) for i, u in starts)]
         if set(waved) != set(optimum.members):
             found.append(Proposal(waved, optimum.u, fit.offsets))
