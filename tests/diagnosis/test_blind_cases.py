@@ -132,7 +132,7 @@ BENCH_PAIRS = (
     (_one("encoder_eccentricity", amplitude_arcsec=10.0, phase_deg=200.0), _one("disc_oval", amplitude_um=4.0)),
     (_one("pin_ring_oval", amplitude_um=3.0, phase_deg=65.0), _one("single_pin_error", amount_um=2.5, pin=17)),
     (_one("wheel_wear_drift", amount_um=4.0, first_lobe=9, disc=1), _one("encoder_eccentricity", amplitude_arcsec=9.0)),
-    (_one("pin_ring_runout", amplitude_um=7.0, phase_deg=80.0), _one("pin_ring_oval", amplitude_um=2.5)),
+    (_one("pin_ring_runout", amplitude_um=4.0, phase_deg=80.0), _one("pin_ring_oval", amplitude_um=2.0)),
     (
         _one("disc_oval", amplitude_um=3.0, phase_deg=20.0, disc=2),
         _one("wheel_wear_drift", amount_um=2.5, first_lobe=22),
