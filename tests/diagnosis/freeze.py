@@ -68,6 +68,14 @@ def ask_again(row: Mapping[str, Any]) -> dict[str, Any]:
     return answer | {"seconds": taken[0], "cpu_seconds": taken[1]}
 
 
+def ready() -> None:
+    """One core, and all code compiled, before a worker takes the time of its first case."""
+    one_core()
+    asked = {"effects": 1, "files": ["scan", "te_light", "loop"], "sizes": [1.0, 1.0], "names": ["disc_runout"]}
+    truth = [one.table() for one in draw_case(1, **asked).truth]
+    ask_again({"section": "", "seed": 1, "asked": asked, "truth": truth, "files": ""})
+
+
 def worth(row: Mapping[str, Any]) -> str:
     """What an answer is worth, by names alone: one of ``JUDGED``."""
     names = [one["name"] for one in row["truth"]]
@@ -151,7 +159,7 @@ def main() -> None:
     done = {row["seed"] for row in read(arguments.out)}
     left = [row for row in frozen if row["seed"] not in done]
     # A fork after the first compiled call would end the process: OpenMP does not survive it.
-    with ProcessPoolExecutor(arguments.workers, get_context("spawn"), one_core) as pool:
+    with ProcessPoolExecutor(arguments.workers, get_context("spawn"), ready) as pool:
         for answer in pool.map(ask_again, left, chunksize=1):
             with arguments.out.open("a", encoding="utf-8") as file:
                 file.write(json.dumps(answer, ensure_ascii=False, default=float) + "\n")

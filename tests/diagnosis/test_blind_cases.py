@@ -14,9 +14,10 @@ from cycloid_profile.design import as_built_reducer
 from cycloid_profile.diagnosis import diagnose
 from cycloid_profile.measurement import parse_measurement
 from cycloid_profile.spec import parse_spec
+from tests.diagnosis import freeze
 from tests.diagnosis.blind import Hidden, Reducer, draw_case, spec_text
 from tests.diagnosis.blind.cases import measured
-from tests.diagnosis.protocol import BENCH, FIVE, WIDE_GROUP, Question, ask, judged, questions, run, score
+from tests.diagnosis.protocol import BENCH, FIVE, JUDGED, WIDE_GROUP, Question, ask, judged, questions, run, score
 
 
 def test_outcomes_of_score():
@@ -56,6 +57,14 @@ def test_questions_are_numbered_and_the_wide_ones_come_last():
     wide = [q.wide for q in every]
     assert wide == sorted(wide)
     assert len({q.section for q in every if q.wide}) == 16
+
+
+def test_frozen_questions_are_drawn_as_they_were():
+    rows = freeze.read(freeze.FROZEN)
+    for section in ("clean, scan", "one, scan", "λ_sep 6 to 60, one, scan"):
+        row = next(row for row in rows if row["section"] == section)
+        assert freeze.digest(freeze.redrawn(row)) == row["files"]
+    assert {freeze.worth(row) for row in rows} <= set(JUDGED)
 
 
 @pytest.mark.parametrize("seed", [21])
