@@ -11,14 +11,14 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from itertools import product
 from typing import Any
 
 import numpy as np
 
-from tests.diagnosis.blind import KINDS, Body, Hidden, Law, Noise, Reducer, Roark
+from tests.diagnosis.blind import KINDS, Body, Case, Hidden, Law, Noise, Reducer, Roark
 from tests.diagnosis.blind.cases import FILES, NOISE, measured
 from tests.diagnosis.blind.effects import ONE_DISC, Kind
 
@@ -38,13 +38,14 @@ _WAVES = {"disc_oval": 2, "pin_ring_oval": 2}
 
 @dataclass(frozen=True)
 class View:
-    """Files of a reducer under stated conditions, with their noise by kind of file."""
+    """Files of a reducer under stated conditions, with their ``noise`` by kind of file and ``rows`` by file."""
 
     files: tuple[str, ...]
     reducer: Reducer = field(default_factory=Reducer)
     output_angle_deg: float = 0.0
     datum: str = "bore"
     noise: tuple[tuple[str, Noise], ...] = tuple(NOISE.items())
+    rows: tuple[tuple[str, int], ...] = ()
     contact: Law = field(default_factory=Roark)
     body: Body = field(default_factory=Body)
 
@@ -84,7 +85,7 @@ class View:
         unit = 1e-3 if kind == "scan" else 1.0
         # Rounding adds the variance of an even distribution; of rows left out, those simulated stand for several.
         sigma = unit * noise.sigma * math.sqrt(1.0 + noise.quantum**2 / 12.0)
-        sigma *= math.sqrt(before.size / _FULL[kind])
+        sigma *= math.sqrt(before.size / dict(self.rows).get(name, _FULL[kind]))
         columns = [np.ones(before.size)] if kind in {"loop", "te"} else []
         changed = after - before
         if kind == "scan":
@@ -262,3 +263,17 @@ def view_of(files: Sequence[str], settings: Mapping[str, object]) -> View:
     """Files of the RV-40E as ``draw_case`` draws them."""
     angle = settings["output_angle_deg"] if "loop" in files else 0.0
     return View(tuple(files), output_angle_deg=float(str(angle)))
+
+
+def strength(case: Case, one: Hidden) -> float:
+    """λ of a hidden effect in the files of a case: below about 4 no test of them finds it four times of five."""
+    plain = view_of(tuple(case.files), case.hidden_settings)
+    rows = dict(case.hidden_settings.get("rows", {}))  # type: ignore[call-overload]
+    view = replace(
+        plain,
+        reducer=case.reducer,
+        datum=str(case.hidden_settings.get("datum", "bore")),
+        noise=tuple(case.noise.items()),
+        rows=tuple(rows.items()),
+    )
+    return float(np.linalg.norm(view.change([one])))

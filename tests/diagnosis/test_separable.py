@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.diagnosis.blind import KINDS, Hidden, Noise, scan
+from tests.diagnosis.blind import KINDS, Hidden, Noise, draw_case, draw_wide, scan
 from tests.diagnosis.blind.reducer import Reducer
-from tests.diagnosis.separable import Scaled, View, derivative, rivals, seen
+from tests.diagnosis.separable import Scaled, View, derivative, rivals, seen, strength
 
 SCAN = View(("scan",))
 RADIAL = Hidden("radial_moving_error", {"amount_um": 2.0, "disc": 1})
@@ -60,3 +60,11 @@ def test_rivals_are_every_effect_that_the_files_show():
     named = {name for name, _ in rivals(SCAN)}
     assert named == {name for name, kind in KINDS.items() if "scan" in kind.shows} - {"grinding_chatter"}
     assert scan(Reducer(), points=200)
+
+
+def test_strength_is_that_of_the_case():
+    case = draw_case(7, names=("disc_oval",), sizes=(1.0, 1.0))
+    (one,) = case.truth
+    assert strength(case, one) == pytest.approx(np.linalg.norm(derivative(SCAN, OVAL)), rel=0.02)
+    wide = draw_wide(11, names=("disc_oval",))
+    assert strength(wide, wide.truth[0]) > 10.0

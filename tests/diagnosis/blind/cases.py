@@ -33,7 +33,8 @@ Resize = Callable[[Sequence[Hidden], Mapping[str, object], np.random.Generator],
 class Case:
     """``files`` by name, without their ending; the ``truth``; ``hidden_settings`` that are no effects.
 
-    ``forms``: class of the case by kind of class, as "noise" or "contact", for the tables of the score.
+    ``noise`` by kind of file. ``forms``: class of the case by kind of class, as "noise" or "contact", for the tables
+    of the score.
     """
 
     seed: int
@@ -41,6 +42,7 @@ class Case:
     files: dict[str, str]
     truth: list[Hidden]
     hidden_settings: dict[str, object]
+    noise: dict[str, Noise] = field(default_factory=dict)
     forms: dict[str, str] = field(default_factory=dict)
 
     def write(self, folder: Path, truth: bool = False) -> None:
@@ -109,7 +111,8 @@ def draw_case(
             break
     if truth is None:
         raise ValueError(f"none of {_TRIES} draws has the sizes wanted")
-    return Case(seed, r, measured(r, truth, files, settings, noise, datum, seed), truth, settings)
+    written = measured(r, truth, files, settings, noise, datum, seed)
+    return Case(seed, r, written, truth, settings, {**NOISE, **(noise or {})})
 
 
 def measured(

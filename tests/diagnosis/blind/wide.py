@@ -134,7 +134,7 @@ def draw_wide(
     forms |= {"shape": ", ".join(shapes)} if shapes else {}
     datum = str(settings.pop("datum"))
     written = measured(reducer, truth, files, settings, noise, datum, seed, contact, body)
-    return Case(seed, reducer, written, truth, settings | {"datum": datum}, forms)
+    return Case(seed, reducer, written, truth, settings | {"datum": datum}, noise, forms)
 
 
 def _contact(draw: np.random.Generator) -> tuple[str, Law]:
