@@ -33,6 +33,8 @@ _TRIES, _NEAR = 6, 0.05
 _ROWS = {"scan": 5000, "loop": 61, "te": 101, "lost_motion": 61}
 _FULL = {"scan": 5000, "loop": 251, "te": 3000, "lost_motion": 600}
 _EVERY = 5
+# A bore is found to 0.1 µm [mm]; what is free is wider than any reading, in its unit.
+_BORE, _FREE = 1e-4, 1e3
 _WAVES = {"disc_oval": 2, "pin_ring_oval": 2}
 
 
@@ -86,25 +88,29 @@ class View:
         # Rounding adds the variance of an even distribution; of rows left out, those simulated stand for several.
         sigma = unit * noise.sigma * math.sqrt(1.0 + noise.quantum**2 / 12.0)
         sigma *= math.sqrt(before.size / dict(self.rows).get(name, _FULL[kind]))
-        columns = [np.ones(before.size)] if kind in {"loop", "te"} else []
-        changed = after - before
+        free = [np.ones(before.size)] if kind in {"loop", "te"} else []
+        changed, datum = after - before, []
         if kind == "scan":
             # Points slide along the tooth: what is seen is normal to it.
             along = np.roll(before, -1) - np.roll(before, 1)
             normal = 1j * along / np.abs(along)
             changed = (np.conj(normal) * changed).real
-            columns = [(np.conj(normal) * 1j * before).real]
-            columns += [normal.real, normal.imag] if self.datum == "free" or noise.drift else []
+            free, datum = [(np.conj(normal) * 1j * before).real], [normal.real, normal.imag]
         if noise.drift:
             t = np.linspace(-1.0, 1.0, before.size)
             shapes = (t, np.cos(0.5 * math.pi * t), np.sin(0.5 * math.pi * t))
-            over = columns[-2:] if kind == "scan" else [np.ones(before.size)]
-            columns += [shape * column for shape in shapes for column in over]
+            free += [shape * column for shape in shapes for column in datum or [np.ones(before.size)]]
+        loose = self.datum == "free" or bool(noise.drift)
+        known = [_FREE * column for column in (*free, *(datum if loose else ()))]
+        known += [_BORE * column for column in (() if loose else datum)]
         white = _uncoloured(changed, noise) / sigma
-        if not columns:
+        if not known:
             return white
-        basis, _ = np.linalg.qr(np.stack([_uncoloured(column, noise) for column in columns], axis=1))
-        return white - basis @ (basis.T @ white)
+        # The root of I − A(I + AᵀA)⁻¹Aᵀ, its columns A scaled by how well each nuisance is known beforehand.
+        basis, length, _ = np.linalg.svd(
+            np.stack([_uncoloured(column, noise) / sigma for column in known], axis=1), full_matrices=False
+        )
+        return white - basis @ ((1.0 - 1.0 / np.hypot(1.0, length)) * (basis.T @ white))
 
 
 def _uncoloured(column: Array, noise: Noise) -> Array:
