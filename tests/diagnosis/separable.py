@@ -96,13 +96,13 @@ class View:
             normal = 1j * along / np.abs(along)
             changed = (np.conj(normal) * changed).real
             free, datum = [(np.conj(normal) * 1j * before).real], [normal.real, normal.imag]
+        known = [_FREE * column for column in free]
+        known += [(_FREE if self.datum == "free" else _BORE) * column for column in datum]
         if noise.drift:
             t = np.linspace(-1.0, 1.0, before.size)
             shapes = (t, np.cos(0.5 * math.pi * t), np.sin(0.5 * math.pi * t))
-            free += [shape * column for shape in shapes for column in datum or [np.ones(before.size)]]
-        loose = self.datum == "free" or bool(noise.drift)
-        known = [_FREE * column for column in (*free, *(datum if loose else ()))]
-        known += [_BORE * column for column in (() if loose else datum)]
+            wide = noise.drift * noise.sigma * unit
+            known += [wide * shape * column for shape in shapes for column in datum or [np.ones(before.size)]]
         white = _uncoloured(changed, noise) / sigma
         if not known:
             return white
