@@ -1,6 +1,8 @@
 """Blind test: effects hidden by the independent generator, diagnosed and scored.
 
-``python -m tests.diagnosis.protocol --help`` runs all of it; ``test_blind_cases.py`` runs a small part.
+``python -m tests.diagnosis.protocol --help`` runs all of it; ``test_blind_cases.py`` runs a small part. Sections that
+begin with ``wide`` draw everything: drive, contact law, elastic or rigid disc, friction, shapes, sizes, noise, and how
+the files were measured. Only ``diagnose`` of the package is asked.
 """
 
 from __future__ import annotations
@@ -24,10 +26,9 @@ from cycloid_profile.diagnosis import Diagnosis, diagnose
 from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.measurement import Measurement, parse_measurement
 from cycloid_profile.spec import parse_spec
-from tests.diagnosis.baseline import named_by_bic
-from tests.diagnosis.blind import Case, Reducer, draw_case, spec_text
+from tests.diagnosis.blind import Case, draw_case, draw_wide, spec_text
 from tests.diagnosis.blind.cases import measured
-from tests.diagnosis.separable import Scaled, seen
+from tests.diagnosis.separable import Scaled, seen, strength, view_of
 from tests.diagnosis.workers import one_core
 
 # Pairs that no ordinary measurement separates: either name is correct if the group contains the other.
@@ -35,6 +36,17 @@ ALIASES = ({"radial_moving_error", "thermal_growth"},)
 BENCH = ("te", "te_light", "lost_motion")
 FIVE = ("scan", "te", "te_light", "lost_motion", "loop")
 GROUP_MAY_HAVE = 2  # beyond true aliases
+# On few lobes, and on single files of a drive with other physics, more shapes are parallel.
+WIDE_GROUP = 5  # names in all
+# λ of an effect that a test at a level of 0.001 finds four times of five.
+DETECTED = math.sqrt(17.07)
+# Files of the wide sections; cases with nothing hidden, one effect, two, and one that is not in the library.
+WIDE = (
+    ("scan", ("scan",), (100, 150, 80, 60)),
+    ("loop", ("loop",), (60, 80, 30, 30)),
+    ("bench", BENCH, (40, 60, 30, 20)),
+    ("five files", FIVE, (10, 20, 20, 10)),
+)
 # Generator names of the measurements proposed to separate rivals.
 PROPOSED = {
     "profile_scan": "scan",
@@ -49,7 +61,7 @@ PROPOSED = {
 class Question:
     """A case to draw: a ``section`` of the protocol and the arguments of ``draw_case``.
 
-    ``scale``: range of λ_sep of the sizes. ``rerun``: repeat with the proposed measurement.
+    ``scale``: range of λ_sep of the sizes. ``rerun``: repeat with the proposed measurement. ``wide``: by ``draw_wide``.
     """
 
     section: str
@@ -57,13 +69,21 @@ class Question:
     asked: dict[str, Any] = field(default_factory=dict)
     scale: tuple[float, float] | None = None
     rerun: bool = False
+    wide: bool = False
+
+    def case(self) -> Case:
+        """The case, drawn."""
+        if self.wide:
+            return draw_wide(self.seed, **self.asked)
+        resize = None if self.scale is None else Scaled(tuple(self.asked["files"]), *self.scale)
+        return draw_case(self.seed, **self.asked, resize=resize)
 
 
 @dataclass(frozen=True)
 class Answer:
     """Scored result: ``outcome`` is one of ``OUTCOMES``; ``z``: errors of sizes over their stated uncertainty.
 
-    ``again``: outcome with the proposed measurement; empty if none was proposed or possible.
+    ``again``: outcome with the proposed measurement; empty if none was proposed or possible. ``forms`` of the case.
     """
 
     section: str
@@ -78,39 +98,67 @@ class Answer:
     closure: float
     seconds: float
     error: str = ""
-    baseline: str = ""
     again: str = ""
+    forms: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def judged(self) -> str:
+        """One of ``JUDGED``."""
+        return judged(self.outcome, [one["name"] for one in self.truth], self.section)
 
 
-OUTCOMES = ("exact", "group", "wide", "remainder", "subset", "more", "wrong", "unknown", "agrees", "failed")
+OUTCOMES = ("exact", "group", "below", "wide", "remainder", "subset", "more", "wrong", "unknown", "agrees", "failed")
 RIGHT_NAMES = ("exact", "group", "wide")
+JUDGED = ("right", "misnamed", "false alarm", "missed", "unknown", "failed")
+
+
+def judged(outcome: str, truth: Sequence[str], section: str) -> str:
+    """What an outcome is worth.
+
+    What the files cannot show need not be told ("below"). Outside the library, unknown or a remainder is right. Where
+    the physics is foreign, or aliases are asked for, right names with a remainder, or in a larger group, are right.
+    Anything told of a clean reducer is a false alarm.
+    """
+    if outcome in {"exact", "group", "below"}:
+        return "right"
+    if outcome == "failed":
+        return "failed"
+    if not truth:
+        return "false alarm"
+    if outcome == "remainder" and (any(name.startswith("x_") for name in truth) or section.startswith("wide")):
+        return "right"
+    if outcome == "wide" and section.startswith("aliases"):
+        return "right"
+    if outcome in {"wrong", "more"}:
+        return "misnamed"
+    return "missed" if outcome in {"agrees", "subset"} else "unknown"
 
 
 def ask(question: Question) -> Answer:
     """Draw, diagnose, score."""
     files = question.asked["files"]
-    resize = None if question.scale is None else Scaled(tuple(files), *question.scale)
-    case = draw_case(question.seed, **question.asked, resize=resize)
+    case = question.case()
     truth = [one.table() for one in case.truth]
     names = [one.name for one in case.truth]
-    baseline = again = ""
+    again = ""
     start = time.perf_counter()
     try:
         reducer = _reducer(spec_text(case.reducer))
-        by_bic = named_by_bic(reducer, *_read(case.files))
-        baseline = score(names, "effects_found" if by_bic else "agrees", [[n] for n in by_bic], False)
+        read = _read(case.files)
         start = time.perf_counter()
-        found = diagnose(reducer, *_read(case.files))
+        found = diagnose(reducer, *read)
         seconds = time.perf_counter() - start
         outcome = _outcome(names, found)
-        if outcome == "group" and _wide(case, files, found):
+        if outcome == "group" and _wide(case, files, found, question.wide):
             outcome = "wide"
+        if outcome in {"agrees", "subset"} and not _shows(case, found):
+            outcome = "below"
         if question.rerun:
             again = _again(case, files, found)
     except Exception as error:  # a crash counts as an outcome
         return Answer(
             question.section, question.seed, truth, "", [], [], "failed", [], math.nan, math.nan,
-            time.perf_counter() - start, f"{type(error).__name__}: {error}", baseline,
+            time.perf_counter() - start, f"{type(error).__name__}: {error}", forms=case.forms,
         )  # fmt: skip
     named = [{"name": e.candidate.name} | e.parameters for e in found.effects]
     worst = max((g.held_out_after / g.noise for g in found.gaps if math.isfinite(g.held_out_after)), default=math.nan)
@@ -118,7 +166,7 @@ def ask(question: Question) -> Answer:
     z = _errors(truth, found.effects) if outcome in RIGHT_NAMES else []
     return Answer(
         question.section, question.seed, truth, found.verdict, named, [list(e.group) for e in found.effects], outcome,
-        z, worst, min(closures, default=math.nan), seconds, "", baseline, again,
+        z, worst, min(closures, default=math.nan), seconds, "", again, case.forms,
     )  # fmt: skip
 
 
@@ -131,16 +179,27 @@ def _outcome(names: Sequence[str], found: Diagnosis) -> str:
     return score(names, found.verdict, [list(e.group) for e in found.effects], found.remainder is not None)
 
 
-def _wide(case: Case, files: Sequence[str], found: Diagnosis) -> bool:
+def _wide(case: Case, files: Sequence[str], found: Diagnosis, any_drive: bool) -> bool:
     """Whether an ambiguity group has too many names beyond true aliases."""
+    groups = [set(effect.group) for effect in found.effects]
+    if any_drive:
+        return any(len(group) > WIDE_GROUP for group in groups)
+    if all(len(group) <= GROUP_MAY_HAVE + 1 for group in groups):
+        return False
     aliases = {one.name: {one.name} for one in case.truth}
-    for one, shown in zip(case.truth, seen(case.truth, files, case.hidden_settings), strict=True):
+    for one, shown in zip(case.truth, seen(case.truth, view_of(files, case.hidden_settings)), strict=True):
         aliases[one.name] |= shown.aliases
     return any(
-        min(len(set(effect.group) - alike) for name, alike in aliases.items() if name in effect.group) > GROUP_MAY_HAVE
-        for effect in found.effects
-        if aliases.keys() & set(effect.group)
+        min(len(group - alike) for name, alike in aliases.items() if name in group) > GROUP_MAY_HAVE
+        for group in groups
+        if aliases.keys() & group
     )
+
+
+def _shows(case: Case, found: Diagnosis) -> bool:
+    """Whether the files show an effect that is not among those named."""
+    told = {_alias(name) for effect in found.effects for name in effect.group}
+    return any(strength(case, one) > DETECTED for one in case.truth if _alias(one.name) not in told)
 
 
 def _again(case: Case, files: Sequence[str], found: Diagnosis) -> str:
@@ -229,7 +288,7 @@ def questions(seed: int, share: float = 1.0) -> list[Question]:
 
     def add(section: str, count: int, scale: tuple[float, float] | None = None, rerun: bool = False, **a: Any) -> None:
         for _ in range(max(1, round(count * share))):
-            found.append(Question(section, seed + len(found), a, scale, rerun))
+            found.append(Question(section, seed + len(found), a, scale, rerun, section.startswith("wide")))
 
     add("clean, scan", 300, effects=0, files=("scan",))
     add("clean, loop", 100, effects=0, files=("loop",))
@@ -257,6 +316,11 @@ def questions(seed: int, share: float = 1.0) -> list[Question]:
     alike = ("equidistant_error", "pin_radius_error", "pin_circle_radius_error", "missing_deformation_compensation")
     add("aliases, loop", 20, None, True, effects=1, files=("loop",), sizes=(0.5, 2.0), names=alike)
     add("aliases, bench", 20, None, True, effects=1, files=BENCH, sizes=(0.5, 1.5), names=alike[:2])
+    for name, files, counts in WIDE:
+        for hidden, count in zip(("clean", "one", "two"), counts[:3], strict=True):
+            add(f"wide, {hidden}, {name}", count, effects=("clean", "one", "two").index(hidden), files=files)
+        names = {"loop": of_loops, "bench": of_benches}.get(name, ())
+        add(f"wide, outside, {name}", counts[3], effects=0, outside=1, files=files, names=names)
     return found
 
 
@@ -275,21 +339,38 @@ def run(asked: Sequence[Question], workers: int, out: Path | None = None) -> lis
     return answers
 
 
-def table(answers: Sequence[Answer], baseline: bool = False) -> str:
-    """Counts by section and outcome, with the interval of the correct share; optionally of the ``baseline``."""
-    by: dict[str, Counter[str]] = defaultdict(Counter)
+def table(answers: Sequence[Answer]) -> str:
+    """Counts by section and outcome, with the interval of the correct share."""
+    by: dict[str, list[Answer]] = defaultdict(list)
     for answer in answers:
-        by[answer.section][answer.baseline if baseline else answer.outcome] += 1
+        by[answer.section].append(answer)
     head = "| section | cases | " + " | ".join(OUTCOMES) + " | right, 95 % interval |"
     lines = [head, "|---" * (len(OUTCOMES) + 3) + "|"]
-    for section, counts in by.items():
-        total = sum(counts.values())
-        right = counts["exact"] + counts["group"] + (counts["remainder"] if section.startswith("outside") else 0)
-        right += counts["wide"] if section.startswith("aliases") else 0
-        low, high = clopper_pearson(right, total)
+    for section, of in by.items():
+        counts = Counter(answer.outcome for answer in of)
         cells = " | ".join(str(counts[o] or "") for o in OUTCOMES)
-        lines.append(f"| {section} | {total} | {cells} | {right / total:.2f}, {low:.2f} to {high:.2f} |")
+        lines.append(f"| {section} | {len(of)} | {cells} | {_right([answer.judged for answer in of])} |")
     return "\n".join(lines)
+
+
+def table_of_forms(answers: Sequence[Answer]) -> str:
+    """What the answers are worth by drive, class of noise and form of the model; a case counts in several rows."""
+    by: dict[tuple[str, str], list[str]] = defaultdict(list)
+    for answer in answers:
+        for kind, form in (*answer.forms.items(), ("all", answer.section.split(",")[0])):
+            by[kind, form].append(answer.judged)
+    lines = [f"| form | cases | {' | '.join(JUDGED)} | right, 95 % interval |", "|---" * (len(JUDGED) + 3) + "|"]
+    for (kind, form), of in sorted(by.items()):
+        cells = " | ".join(str(of.count(worth) or "") for worth in JUDGED)
+        lines.append(f"| {kind}: {form} | {len(of)} | {cells} | {_right(of)} |")
+    return "\n".join(lines)
+
+
+def _right(of: Sequence[str]) -> str:
+    """Share of right answers with its interval."""
+    right = list(of).count("right")
+    low, high = clopper_pearson(right, len(of))
+    return f"{right / len(of):.2f}, {low:.2f} to {high:.2f}"
 
 
 def calibration(answers: Sequence[Answer]) -> str:
@@ -332,7 +413,7 @@ def main() -> None:
     lines = [line for path in arguments.read for line in path.read_text(encoding="utf-8").splitlines()]
     answers = [Answer(**json.loads(line)) for line in lines] or run(asked, arguments.workers, arguments.out)
     print(table(answers))
-    print("\nleast squares and BIC on the same cases\n" + table(answers, baseline=True))
+    print("\n" + table_of_forms(answers))
     print("\n" + calibration(answers) + "\n")
     for answer in answers:
         if answer.outcome not in {"exact", "group"}:
@@ -343,5 +424,4 @@ def main() -> None:
 
 if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
-    assert Reducer
     main()

@@ -1,4 +1,7 @@
-"""Reduced blind test: effects of the independent generator, a sample of every section of the protocol."""
+"""Reduced blind test: effects of the independent generator, a sample of the protocol, and a fixed dozen of pairs.
+
+They ask ``diagnose`` alone and state what is right, not how it is found.
+"""
 
 from __future__ import annotations
 
@@ -11,8 +14,10 @@ from cycloid_profile.design import as_built_reducer
 from cycloid_profile.diagnosis import diagnose
 from cycloid_profile.measurement import parse_measurement
 from cycloid_profile.spec import parse_spec
-from tests.diagnosis.blind import draw_case, spec_text
-from tests.diagnosis.protocol import BENCH, Question, ask, questions, run, score
+from tests.diagnosis import freeze
+from tests.diagnosis.blind import Hidden, Reducer, draw_case, spec_text
+from tests.diagnosis.blind.cases import measured
+from tests.diagnosis.protocol import BENCH, FIVE, JUDGED, WIDE_GROUP, Question, ask, judged, questions, run, score
 
 
 def test_outcomes_of_score():
@@ -30,6 +35,36 @@ def test_outcomes_of_score():
     assert score(["x_pit"], "unknown_effect", [], False) == "exact"
     assert score(["x_pit"], found, [["single_tooth_error"]], False) == "wrong"
     assert score(["x_pit"], found, [["single_tooth_error"]], True) == "remainder"
+
+
+def test_what_outcomes_are_worth():
+    assert judged("remainder", ["x_pit"], "outside, scan") == "right"
+    assert judged("exact", ["x_pit"], "outside, scan") == "right"
+    assert judged("remainder", ["disc_oval"], "one, scan") == "unknown"
+    assert judged("remainder", ["disc_oval"], "wide, one, scan") == "right"
+    assert judged("wide", ["disc_oval"], "aliases, loop") == "right"
+    assert judged("wide", ["disc_oval"], "one, loop") == "unknown"
+    assert judged("unknown", [], "clean, scan") == "false alarm"
+    assert judged("wrong", [], "clean, scan") == "false alarm"
+    assert judged("more", ["disc_oval"], "one, scan") == "misnamed"
+    assert judged("agrees", ["disc_oval"], "one, scan") == "missed"
+    assert judged("failed", [], "clean, scan") == "failed"
+
+
+def test_questions_are_numbered_and_the_wide_ones_come_last():
+    every = questions(100)
+    assert [q.seed for q in every] == list(range(100, 100 + len(every)))
+    wide = [q.wide for q in every]
+    assert wide == sorted(wide)
+    assert len({q.section for q in every if q.wide}) == 16
+
+
+def test_frozen_questions_are_drawn_as_they_were():
+    rows = freeze.read(freeze.FROZEN)
+    for section in ("clean, scan", "one, scan", "λ_sep 6 to 60, one, scan"):
+        row = next(row for row in rows if row["section"] == section)
+        assert freeze.digest(freeze.redrawn(row)) == row["files"]
+    assert {freeze.worth(row) for row in rows} <= set(JUDGED)
 
 
 @pytest.mark.parametrize("seed", [21])
@@ -74,34 +109,91 @@ def test_the_protocol_in_small():
     asked = [q for section, count in IN_SMALL.items() for q in [q for q in every if q.section == section][:count]]
     answers = run(asked, min(2, os.cpu_count() or 1))
     assert len(answers) >= 60
-    counts = Counter((a.section, a.outcome) for a in answers)
+    counts = Counter((a.section, a.judged) for a in answers)
 
-    def share(section, *outcomes):
-        of = [a for a in answers if a.section == section]
-        return sum(counts[section, o] for o in outcomes) / len(of)
+    def share(section, worth):
+        return counts[section, worth] / sum(a.section == section for a in answers)
 
     assert not any(a.outcome == "failed" for a in answers), [a.error for a in answers if a.error]
-    assert share("clean, scan", "exact") >= 0.9
-    assert share("clean, loop", "exact") >= 0.9
-    assert share("one, scan", "exact", "group") >= 0.9
-    assert share("one, scan", "wrong") <= 0.05
-    assert share("λ_sep 6 to 60, one, scan", "exact", "group") == 1.0
+    assert share("clean, scan", "right") >= 0.9
+    assert share("clean, loop", "right") >= 0.9
+    assert share("one, scan", "right") >= 0.9
+    assert share("one, scan", "misnamed") <= 0.05
+    # At the target of 95 %, seven of eight or more have a probability of 94 %.
+    assert share("λ_sep 6 to 60, one, scan", "right") >= 7 / 8
     # The target is one wrong name in twenty; with eight cases two would be too many.
-    assert share("λ_sep 3 to 6, one, scan", "wrong") <= 0.125
-    assert share("λ_sep 8 to 60, two, scan", "exact", "group") >= 0.75
-    assert share("two, scan", "exact", "group") >= 0.85
-    assert share("outside, scan", "wrong") <= 0.15
+    assert share("λ_sep 3 to 6, one, scan", "misnamed") <= 0.125
+    assert share("λ_sep 8 to 60, two, scan", "right") >= 0.75
+    assert share("two, scan", "right") >= 0.85
+    assert share("outside, scan", "misnamed") <= 0.15
     z = [value for a in answers for value in a.z]
     assert sum(abs(value) < 1.96 for value in z) >= 0.85 * len(z)
     named = [a for a in answers if a.outcome in {"exact", "group"} and a.truth and not a.section.startswith("outside")]
     assert sum(a.held_out <= 1.1 for a in named) >= 0.95 * len(named)
 
 
+def _one(name, **parameters):
+    return Hidden(name, parameters)
+
+
+# Two effects each, of two to four workshop tolerances: far above what laws of contact and bodies differ by.
+BENCH_PAIRS = (
+    (_one("encoder_eccentricity", amplitude_arcsec=10.0, phase_deg=200.0), _one("disc_oval", amplitude_um=4.0)),
+    (_one("pin_ring_oval", amplitude_um=3.0, phase_deg=65.0), _one("single_pin_error", amount_um=2.5, pin=17)),
+    (_one("wheel_wear_drift", amount_um=4.0, first_lobe=9, disc=1), _one("encoder_eccentricity", amplitude_arcsec=9.0)),
+    (_one("pin_ring_runout", amplitude_um=4.0, phase_deg=80.0), _one("pin_ring_oval", amplitude_um=2.0)),
+    (
+        _one("disc_oval", amplitude_um=3.0, phase_deg=20.0, disc=2),
+        _one("wheel_wear_drift", amount_um=2.5, first_lobe=22),
+    ),
+    (_one("flank_wear", amount_um=8.0), _one("encoder_eccentricity", amplitude_arcsec=12.0, phase_deg=77.0)),
+    (_one("single_pin_error", amount_um=2.5, pin=5), _one("disc_oval", amplitude_um=3.0, phase_deg=71.0, disc=1)),
+    (_one("crank_eccentricity_error", amount_um=6.0, crank=2, disc=1), _one("pin_ring_oval", amplitude_um=4.0)),
+)
+FIVE_PAIRS = (
+    (_one("equidistant_error", amount_um=4.0, disc=1), _one("coulomb_friction", torque_nm=12.0)),
+    (
+        _one("disc_oval", amplitude_um=4.0, phase_deg=50.0, disc=1),
+        _one("series_compliance", stiffness_nm_per_arcmin=80.0),
+    ),
+    (_one("wheel_wear_drift", amount_um=2.0, first_lobe=14, disc=1), _one("pin_ring_oval", amplitude_um=3.0)),
+    (_one("cumulative_pitch_error", amplitude_um=5.0, disc=1), _one("load_proportional_friction", coefficient=0.06)),
+)
+_SETTINGS = {"turn_deg": 1.7, "offset_um": [0.0, 0.0], "output_angle_deg": 47.0, "friction_form": "coulomb"}
+
+
+def _label(pair):
+    return "+".join(one.name for one in pair)
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["crank_bearing_clearance"])
-def test_a_bench_names_one_effect(name):
-    answer = ask(Question("bench", 77, {"effects": 1, "files": BENCH, "sizes": (0.8, 1.2), "names": (name,)}))
-    assert answer.outcome in {"exact", "group"}, answer
+@pytest.mark.parametrize(
+    ("files", "pair"), [(BENCH, p) for p in BENCH_PAIRS] + [(FIVE, p) for p in FIVE_PAIRS], ids=lambda v: str(len(v))
+)
+def test_two_effects_on_a_bench_and_on_five_files_are_named(files, pair):
+    """Both true names, each in a group of at most five, and no other group."""
+    reducer = as_built_reducer(parse_spec(spec_text(Reducer())))
+    texts = measured(Reducer(), pair, files, _SETTINGS, seed=17)
+    found = diagnose(reducer, [parse_measurement(text, f"{name}.csv") for name, text in texts.items()])
+    groups = [list(one.group) for one in found.effects]
+    told = f"truth {_label(pair)}, told {found.verdict} {groups}"
+    assert score([one.name for one in pair], found.verdict, groups, False) in {"exact", "group"}, told
+    assert max(len(group) for group in groups) <= WIDE_GROUP, told
+
+
+@pytest.mark.slow
+def test_foreign_physics_is_named_or_left_unknown():
+    """A sample of the wide sections: nothing told of a clean reducer, hardly a wrong name."""
+    counts = {"wide, clean, scan": 4, "wide, one, scan": 8, "wide, outside, scan": 2, "wide, clean, loop": 2}
+    every = questions(600_000)
+    asked = [q for section, count in counts.items() for q in [q for q in every if q.section == section][:count]]
+    answers = run(asked, min(2, os.cpu_count() or 1))
+    worth = Counter(answer.judged for answer in answers)
+    told = [(a.section, a.seed, a.truth, a.groups, a.error) for a in answers if a.judged != "right"]
+    assert worth["failed"] == worth["false alarm"] == 0, told
+    # Of sixteen at a rate of one in a hundred, two have a probability of one in a hundred.
+    assert worth["misnamed"] <= 1, told
+    assert worth["right"] >= 13, told
 
 
 @pytest.mark.slow

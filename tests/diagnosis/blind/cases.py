@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
+from .contact import Body, Law, Roark
 from .effects import KINDS, OUTSIDE, Kind
 from .hidden import Hidden
 from .loop import loop
@@ -30,13 +31,19 @@ Resize = Callable[[Sequence[Hidden], Mapping[str, object], np.random.Generator],
 
 @dataclass(frozen=True)
 class Case:
-    """``files`` by name, without their ending; the ``truth``; ``hidden_settings`` that are no effects."""
+    """``files`` by name, without their ending; the ``truth``; ``hidden_settings`` that are no effects.
+
+    ``noise`` by kind of file. ``forms``: class of the case by kind of class, as "noise" or "contact", for the tables
+    of the score.
+    """
 
     seed: int
     reducer: Reducer
     files: dict[str, str]
     truth: list[Hidden]
     hidden_settings: dict[str, object]
+    noise: dict[str, Noise] = field(default_factory=dict)
+    forms: dict[str, str] = field(default_factory=dict)
 
     def write(self, folder: Path, truth: bool = False) -> None:
         """Spec and files into a folder; the truth only if wanted."""
@@ -104,7 +111,8 @@ def draw_case(
             break
     if truth is None:
         raise ValueError(f"none of {_TRIES} draws has the sizes wanted")
-    return Case(seed, r, measured(r, truth, files, settings, noise, datum, seed), truth, settings)
+    written = measured(r, truth, files, settings, noise, datum, seed)
+    return Case(seed, r, written, truth, settings, {**NOISE, **(noise or {})})
 
 
 def measured(
@@ -115,19 +123,36 @@ def measured(
     noise: Mapping[str, Noise] | None = None,
     datum: str = "bore",
     seed: int = 0,
+    contact: Law | None = None,
+    body: Body | None = None,
 ) -> dict[str, str]:
-    """The files of one reducer, clearances found once for all of them."""
-    stage = Stage(reducer, tuple(effects))
+    """The files of one reducer, clearances found once for all of them.
+
+    ``settings`` may hold ``missing_lobes``, ``anticlockwise`` and, by name of the file, ``rows``.
+    """
+    stage = Stage(reducer, tuple(effects), contact or Roark(), body or Body())
     heard = {**NOISE, **(noise or {})}
+    rows: Mapping[str, int] = dict(settings.get("rows", {}))  # type: ignore[call-overload]
     written = {}
     for name in files:
         kind, rated = FILES[name], reducer.rated_torque_nm
+        length = {"points" if kind == "scan" else "rows": rows[name]} if name in rows else {}
         drawn = seed * len(FILES) + list(FILES).index(name)
         if kind == "scan":
             turn, offset = float(settings["turn_deg"]), tuple(settings["offset_um"])
             disc = 2 if name == "scan2" else 1
             written[name] = scan(
-                reducer, effects, disc=disc, noise=heard[kind], turn_deg=turn, offset_um=offset, datum=datum, seed=drawn
+                reducer,
+                effects,
+                disc=disc,
+                noise=heard[kind],
+                turn_deg=turn,
+                offset_um=offset,
+                datum=datum,
+                missing_lobes=tuple(settings.get("missing_lobes", ())),  # type: ignore[call-overload]
+                anticlockwise=bool(settings.get("anticlockwise", False)),
+                seed=drawn,
+                **length,
             )
         elif kind == "loop":
             written[name] = loop(
@@ -138,11 +163,14 @@ def measured(
                 noise=heard[kind],
                 seed=drawn,
                 stage=stage,
+                **length,
             )
         else:
             bench = transmission_error if kind == "te" else lost_motion
             torque = rated if name == "te" else _LIGHT * rated
-            written[name] = bench(reducer, effects, torque_nm=torque, noise=heard[kind], seed=drawn, stage=stage)
+            written[name] = bench(
+                reducer, effects, torque_nm=torque, noise=heard[kind], seed=drawn, stage=stage, **length
+            )
     return written
 
 
@@ -157,7 +185,11 @@ def _drawn(
     draw: np.random.Generator,
 ) -> list[Hidden]:
     """Effects of distinct names that the files show."""
-    seen = [name for name, kind in pool.items() if kind.shows & kinds and (not names or name in names)]
+    seen = [
+        name
+        for name, kind in pool.items()
+        if kind.shows & kinds and (not names or name in names) and (reducer.cranks or not kind.of_cranks)
+    ]
     if count > len(seen):
         raise ValueError(f"{count} effects wanted, but these files show only {', '.join(seen) or 'none'}")
     found = []

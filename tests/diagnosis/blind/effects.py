@@ -24,6 +24,7 @@ class Kind:
 
     ``signed`` sizes have either sign, an ``inverse`` one is a stiffness. ``angles`` are drawn from a turn, ``parts``
     from those of the reducer, whatever else from ``ranges``. An effect ``on_disc`` may be on one disc or on all.
+    ``cranks``: of crank bearings, which a central eccentric has not.
     """
 
     key: str
@@ -35,6 +36,12 @@ class Kind:
     parts: tuple[str, ...] = ()
     ranges: tuple[tuple[str, float, float], ...] = ()
     on_disc: bool = False
+    cranks: bool = False
+
+    @property
+    def of_cranks(self) -> bool:
+        """Whether only a reducer with crank shafts can have it."""
+        return "crank" in self.parts or "planet" in self.parts or self.cranks
 
     def draw(
         self, name: str, reducer: Reducer, multiple: float, discs: tuple[int, ...], draw: np.random.Generator
@@ -48,12 +55,12 @@ class Kind:
         for part in self.parts:
             values[part] = int(draw.integers(1, counts.get(part, reducer.cranks) + 1))
         if self.on_disc:
-            disc = draw.choice([0, *discs] if name not in _ONE_DISC else list(discs))
+            disc = draw.choice([0, *discs] if name not in ONE_DISC else list(discs))
             values |= {"disc": int(disc)} if disc else {}
         return Hidden(name, values)
 
 
-_ONE_DISC = {"single_tooth_error", "crank_hole_error", "x_pit"}
+ONE_DISC = {"single_tooth_error", "crank_hole_error", "x_pit"}
 
 
 def _flank(key: str, typical: float, bench: frozenset[str] = BENCH, **more: Any) -> Kind:
@@ -82,10 +89,10 @@ KINDS: dict[str, Kind] = {
     "crank_eccentricity_error": Kind("amount_um", 3.0, BENCH, signed=True, parts=("crank",), on_disc=True),
     "crank_phase_error": Kind("angle_arcmin", 5.0, BENCH, signed=True, parts=("crank",), on_disc=True),
     "crank_hole_error": Kind("amplitude_um", 3.0, BENCH, angles=("direction_deg",), parts=("crank",), on_disc=True),
-    "crank_bearing_clearance": Kind("radial_um", 2.0, _TWIST),
+    "crank_bearing_clearance": Kind("radial_um", 2.0, _TWIST, cranks=True),
     "planet_runout": Kind("amplitude_um", 10.0, frozenset({"te"}), angles=("phase_deg",), parts=("planet",)),
     "series_compliance": Kind("stiffness_nm_per_arcmin", 150.0, _TWIST, inverse=True),
-    "crank_bearing_compliance": Kind("added_um_per_kn", 1.0, _TWIST),
+    "crank_bearing_compliance": Kind("added_um_per_kn", 1.0, _TWIST, cranks=True),
     "pin_support_compliance": Kind("added_um_per_kn", 1.0, _TWIST),
     "coulomb_friction": Kind("torque_nm", 5.0, frozenset({"loop"})),
     "load_proportional_friction": Kind("coefficient", 0.03, frozenset({"loop"})),

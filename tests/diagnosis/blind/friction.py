@@ -5,15 +5,20 @@ from __future__ import annotations
 import numpy as np
 
 Array = np.ndarray
+FORMS = ("coulomb", "smooth", "elastoslide", "stribeck")
 _WIDE = 0.03  # of the peak: how much torque a reversal of the softer forms takes more
 _PARTS = 9
+# Sliding speed over the path from a reversal, breakaway over sliding friction, speeds of breakaway and of the film.
+_RAMP, _BREAKAWAY, _SLOW, _FILM = 0.15, 0.15, 0.2, 0.05
 
 
 def left_over(torque: Array, coulomb: float, proportional: float, form: str) -> Array:
     """Torque of the stage under friction of coulomb + proportional·|torque|, all in one unit.
 
     "coulomb": a play; "smooth": plays of several widths side by side, of the same mean; "elastoslide": friction that
-    grows over some of the torque before it slides. The torque before the first was of the other sign.
+    grows over some of the torque before it slides, after Prandtl; "stribeck": a tanh of the sliding speed with a peak
+    at low speed, the speed rising from each reversal and falling to the next. The torque before the first was of the
+    other sign.
     """
     limit = coulomb + proportional * np.abs(torque)
     before = -coulomb if torque[min(1, torque.size - 1)] >= 0.0 else coulomb
@@ -28,7 +33,21 @@ def left_over(torque: Array, coulomb: float, proportional: float, form: str) -> 
         return np.mean([_play(torque, width, before) for width in widths], axis=0)
     if form == "elastoslide":
         return _sliding(torque, limit, before, 2.0 * limit / (2.0 * limit + wide))
-    raise ValueError(f"friction of form '{form}' is not known; choose coulomb, smooth or elastoslide")
+    if form == "stribeck":
+        speed = _speed(torque)
+        peak = 1.0 + _BREAKAWAY * np.exp(-((speed / _SLOW) ** 2))
+        friction: Array = limit * peak * np.tanh(speed / _FILM)
+        return torque - friction
+    raise ValueError(f"friction of form '{form}' is not known; choose {', '.join(FORMS)}")
+
+
+def _speed(torque: Array) -> Array:
+    """Sliding speed with its sign, from 0 at each reversal of the torque to 1 far from all."""
+    step = np.diff(torque, prepend=2.0 * torque[0] - torque[min(1, torque.size - 1)])
+    turns = torque[np.flatnonzero(np.diff(np.sign(step)) != 0.0)]
+    wide = _RAMP * float(np.max(np.abs(torque)))
+    away = np.min(np.abs(torque[:, None] - turns), axis=1, initial=np.inf)
+    return np.sign(step) * -np.expm1(-away / wide)
 
 
 def _play(torque: Array, limit: Array, before: float) -> Array:

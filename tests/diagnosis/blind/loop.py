@@ -55,7 +55,7 @@ def loop(
     keys: dict[str, object] = {"output_angle_deg": f"{output_angle_deg:.10g}", "input": "locked"}
     if noise.declare:
         keys["noise_arcmin"] = f"{noise.sigma:g}"
-    read = angle / ARCMIN + noise.draw(torque.size, draw)
+    read = noise.read(angle / ARCMIN, draw)
     return text("hysteresis", keys, {"torque_nm": torque / NEWTON_METRE, "angle_arcmin": read})
 
 

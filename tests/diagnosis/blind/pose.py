@@ -1,7 +1,8 @@
 """Forces on carrier and discs in given poses, as the slope of the energy stored in contacts and bearings.
 
-Parts are rigid and move through finite angles. The input is held: a turn Θ of the carrier turns the cranks by
-1 + z1/z2 of it. The unknowns u of a pose are Θ, then x, y, θ of each disc, from where the drawing has them.
+Parts move through finite angles, as rigid bodies but for the teeth of an elastic disc. The input is held: a turn Θ of
+the carrier turns the cranks by 1 + z1/z2 of it, a central eccentric not at all. The unknowns u of a pose are Θ, then
+x, y, θ of each disc, from where the drawing has them.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .clearance import Clearance, beside
-from .contact import line
+from .contact import Body, Law, Pressed, Roark
 from .parts import Parts
 from .reducer import Reducer
 
@@ -49,9 +50,17 @@ class Poses:
     """Poses with their loads: ``output`` angle of the carrier [rad], external ``torque`` on it [N·mm]."""
 
     def __init__(
-        self, reducer: Reducer, parts: Parts, clearances: Sequence[Clearance], output: Array, torque: Array
+        self,
+        reducer: Reducer,
+        parts: Parts,
+        clearances: Sequence[Clearance],
+        output: Array,
+        torque: Array,
+        contact: Law | None = None,
+        body: Body | None = None,
     ) -> None:
         self.reducer, self.parts, self.clearances = reducer, parts, clearances
+        self.contact, self.body = contact or Roark(), body or Body()
         r = reducer
         self.output, self.torque = output, torque
         self.unknowns = 1 + 3 * r.discs
@@ -63,16 +72,16 @@ class Poses:
         # A planet turns z_p times on the carrier, and leads or lags its crank once a turn.
         swing = np.real(parts.lead * np.exp(-1j * r.pins * output)[:, None])
         self.eccentric = parts.eccentric * np.exp(1j * swing)[:, None, :] * self.crank[:, :, None]
-        self.shafts = r.crank_circle_radius_mm * np.exp(2j * math.pi * np.arange(r.cranks) / r.cranks)
+        self.shafts = r.crank_circle_radius_mm * np.exp(2j * math.pi * np.arange(r.cranks) / max(r.cranks, 1))
         angle = 2.0 * math.pi * np.arange(r.pins) / r.pins
         self.psi = np.mod(-crank[:, :, None] - r.lobes * angle, r.period)
         self.pins = np.broadcast_to(np.arange(r.pins), self.psi.shape)
-        self.bend = np.zeros_like(self.psi)
+        self.bend, self.push = np.zeros_like(self.psi), np.zeros_like(self.psi)
 
     def at(self, which: Array) -> Poses:
         """Some of the poses."""
         some = copy.copy(self)
-        for name in ("output", "torque", "crank", "carrier", "disc", "eccentric", "psi", "pins", "bend"):
+        for name in ("output", "torque", "crank", "carrier", "disc", "eccentric", "psi", "pins", "bend", "push"):
             setattr(some, name, getattr(self, name)[which])
         return some
 
@@ -81,7 +90,9 @@ class Poses:
         gaps = np.stack([self._gaps(u, j)[0] for j in range(self.reducer.discs)], axis=1)
         some = copy.copy(self)
         chosen = np.argpartition(gaps, count - 1, axis=2)[:, :, :count]
-        some.psi, some.pins = (np.take_along_axis(of, chosen, axis=2) for of in (self.psi, self.pins))
+        some.psi, some.pins, some.push = (
+            np.take_along_axis(of, chosen, axis=2) for of in (self.psi, self.pins, self.push)
+        )
         return some.seen_from(u)
 
     def seen_from(self, u: Array) -> Poses:
@@ -90,6 +101,18 @@ class Poses:
         feet = [self._beside(u, j)[1] for j in range(self.reducer.discs)]
         some.psi = np.stack(feet, axis=1)
         some.bend = np.stack([of.curvature_at(psi) for of, psi in zip(self.clearances, feet, strict=True)], axis=1)
+        return some
+
+    def pushed(self, u: Array) -> Poses:
+        """The same with every tooth where the forces at ``u`` on the other pins of its disc push it."""
+        some = copy.copy(self)
+        push = []
+        for j in range(self.reducer.discs):
+            gap, slope = self._gaps(u, j)
+            force, _, _ = self._law(j).answer(-gap - self.push[:, j])
+            normal = slope[..., 0] + 1j * slope[..., 1]
+            push.append(self.body.push(self.pins[:, j], self.reducer.pins, normal / np.abs(normal), force))
+        some.push = np.stack(push, axis=1)
         return some
 
     def overlap(self, u: Array) -> Array:
@@ -134,7 +157,26 @@ class Poses:
                 energy += part.energy
                 slope[:, own] += part.slope
                 stiffness[np.ix_(np.arange(n), own, own)] += part.stiffness
+        if not self.reducer.cranks:
+            free = self.free
+            slope, stiffness = slope @ free, free.T @ stiffness @ free
         return State(energy, slope, stiffness)
+
+    @property
+    def free(self) -> Array:
+        """Unknowns by coordinates: rigid output pins turn the discs of a central eccentric with the carrier."""
+        whole = np.eye(self.unknowns)
+        if self.reducer.cranks:
+            return whole
+        turns = range(3, self.unknowns, 3)
+        whole[turns, 0] = 1.0
+        return np.delete(whole, turns, axis=1)
+
+    @property
+    def arm(self) -> Array:
+        """Arm of the force of each coordinate, so that all are moments: 1, or the pin circle [mm]."""
+        circle, discs = self.reducer.pin_circle_radius_mm, self.reducer.discs
+        return np.array([1.0] + ([circle, circle, 1.0] if self.reducer.cranks else [circle, circle]) * discs)
 
     def _beside(self, u: Array, j: int) -> tuple[Array, Array, Array, Array, Array]:
         """Pins as disc j sees them, and where they are beside the path of the drawing."""
@@ -158,23 +200,20 @@ class Poses:
 
     def _contacts(self, u: Array, j: int) -> State:
         """Pins against disc j, by the curvatures where they were seen last: that keeps an energy."""
-        r = self.reducer
         gap, slope = self._gaps(u, j)
-        law = line(
-            self.bend[:, j],
-            self.parts.pin_radius[self.pins[:, j]],
-            r.disc_width_mm,
-            r.contact_compliance,
-            r.pin_circle_radius_mm,
-            self.parts.seat,
-        )
-        force, stiff, tension = law.answer(-gap)
+        force, stiff, tension = self._law(j).answer(-gap - self.push[:, j])
         block = np.matmul(np.swapaxes(slope * stiff[..., None], 1, 2), slope)
         return State(np.sum(tension, axis=1), -np.matmul(force[:, None], slope)[:, 0], block)
+
+    def _law(self, j: int) -> Pressed:
+        pin_radius = self.parts.pin_radius[self.pins[:, j]]
+        return self.contact.of(self.reducer, self.bend[:, j], pin_radius, self.parts.seat + self.body.own)
 
     def _bearings(self, u: Array, j: int) -> State:
         """Springs between disc j and its eccentrics, alike in all directions, slack within their play."""
         r, p = self.reducer, self.parts
+        if not r.cranks:
+            return self._central(u, j)
         shaft = (self.carrier * np.exp(1j * u[:, 0]))[:, None] * self.shafts
         eccentric = np.exp(1j * r.crank_per_carrier * u[:, :1]) * self.eccentric[:, j]
         hole = (self.carrier * np.exp(1j * u[:, 3 + 3 * j]))[:, None] * (self.shafts + p.hole[j])
@@ -190,6 +229,17 @@ class Poses:
         block = _gram(rate.real, taut) + _gram(rate.imag, swing)
         k = p.stiffness
         return State(0.5 * k * np.sum(pull**2, axis=1), k * np.matmul(pull[:, None], rate.real)[:, 0], k * block)
+
+    def _central(self, u: Array, j: int) -> State:
+        """Spring from a held eccentric to the middle of disc j."""
+        k = self.parts.stiffness
+        away = u[:, [1 + 3 * j, 2 + 3 * j]]
+        none = np.zeros(u.shape[0])
+        return State(
+            0.5 * k * np.sum(away**2, axis=1),
+            np.stack([none, k * away[:, 0], k * away[:, 1], none], axis=1),
+            np.broadcast_to(np.diag([0.0, k, k, 0.0]), (u.shape[0], 4, 4)),
+        )
 
 
 def _gram(rows: Array, weight: Array) -> Array:

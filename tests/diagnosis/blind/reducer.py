@@ -8,7 +8,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Reducer:
-    """Numbers of a spec file, RV-40E unless told otherwise; keys carry their unit."""
+    """Numbers of a spec file, RV-40E unless told otherwise; keys carry their unit.
+
+    No ``cranks`` is a central eccentric without a first stage. ``disc_body`` is what the spec file says of the discs.
+    """
 
     name: str = "RV-40E"
     pins: int = 40
@@ -29,6 +32,7 @@ class Reducer:
     equidistant_um: float = 6.0
     radial_moving_um: float = 0.0
     compensation_um: float = 0.0
+    disc_body: str = "rigid"
 
     @property
     def lobes(self) -> int:
@@ -52,8 +56,8 @@ class Reducer:
 
     @property
     def crank_per_carrier(self) -> float:
-        """Turn of a crank against the housing for one turn of the carrier, input held."""
-        return 1.0 + self.sun_teeth / self.planet_teeth
+        """Turn of a crank against the housing for one turn of the carrier, input held; none of a central eccentric."""
+        return 0.0 if self.cranks == 0 else 1.0 + self.sun_teeth / self.planet_teeth
 
     @property
     def planet_radius_mm(self) -> float:
@@ -76,7 +80,27 @@ eccentricity_mm = {r.eccentricity_mm}
 disc_width_mm = {r.disc_width_mm}
 discs = {r.discs}
 
-[drive.cranks]
+{_support(r)}
+[materials.disc]
+{material}
+[materials.pin]
+{material}
+[load]
+rated_torque_nm = {r.rated_torque_nm}
+disc_body = "{r.disc_body}"
+
+[modification]
+equidistant_um = {r.equidistant_um}
+radial_moving_um = {r.radial_moving_um}
+deformation_compensation = {compensation}
+"""
+
+
+def _support(r: Reducer) -> str:
+    """Tables of what carries the discs."""
+    if not r.cranks:
+        return f"[drive.eccentric]\nbearing_stiffness_n_per_mm = {r.bearing_stiffness_n_per_mm}\n"
+    return f"""[drive.cranks]
 count = {r.cranks}
 circle_radius_mm = {r.crank_circle_radius_mm}
 bearing_stiffness_n_per_mm = {r.bearing_stiffness_n_per_mm}
@@ -85,17 +109,23 @@ bearing_stiffness_n_per_mm = {r.bearing_stiffness_n_per_mm}
 sun_teeth = {r.sun_teeth}
 planet_teeth = {r.planet_teeth}
 module_mm = {r.module_mm}
-
-[materials.disc]
-{material}
-[materials.pin]
-{material}
-[load]
-rated_torque_nm = {r.rated_torque_nm}
-disc_body = "rigid"
-
-[modification]
-equidistant_um = {r.equidistant_um}
-radial_moving_um = {r.radial_moving_um}
-deformation_compensation = {compensation}
 """
+
+
+# Drives of one to three kilograms to two hundred: few and many lobes, two and three cranks, a central eccentric.
+REDUCERS: dict[str, Reducer] = {
+    "11 lobes": Reducer(
+        "11 lobes", 12, 45.0, 5.0, 2.2, 12.0, 2, 2, 22.0, 3.0e5, 12, 36, 0.9, rated_torque_nm=60.0, equidistant_um=12.0
+    ),
+    "19 lobes, eccentric": Reducer(
+        "19 lobes, eccentric", 20, 40.0, 2.5, 1.1, 9.0, 2, 0, 0.0, 2.0e5, rated_torque_nm=50.0, equidistant_um=9.0
+    ),
+    "29 lobes": Reducer(
+        "29 lobes", 30, 52.0, 3.0, 1.2, 10.0, 2, 2, 28.0, 3.0e5, 10, 34, 1.27, rated_torque_nm=167.0, equidistant_um=7.0
+    ),
+    "39 lobes": Reducer(),
+    "59 lobes": Reducer(
+        "59 lobes", 60, 110.0, 3.5, 1.3, 17.0, 2, 3, 62.0, 7.0e5, 15, 45, 2.07, rated_torque_nm=1225.0,
+        equidistant_um=9.0,
+    ),
+}  # fmt: skip

@@ -1,4 +1,7 @@
-"""Removals along the normal, h(ψ) [mm], that do not come from the setting of the machine."""
+"""Removals along the normal, h(ψ) [mm], that do not come from the setting of the machine.
+
+Parameters that begin with ``x_`` give a removal another shape than the package's; without them it has that one.
+"""
 
 from __future__ import annotations
 
@@ -34,6 +37,14 @@ class Blank:
         """sinψ S, the motion of the flank along its normal as the disc turns, 1 at its most."""
         return sine / np.sqrt(1.0 + self.K1 * self.K1 - 2.0 * self.K1 * np.cos(psi))
 
+    def clock(self, kind: str, psi: Array) -> Array:
+        """``along`` by another clock of the machine: "generating" angle, "polar" angle or "arc" length of the tooth."""
+        if kind == "generating":
+            return self.along(psi)
+        x = np.linspace(-math.pi, math.pi, 2001)
+        ahead = _gained(self.reducer, kind, x)
+        return self.along(psi) + np.interp(_wrapped(psi, 2.0 * math.pi), x, ahead)
+
 
 def removal(reducer: Reducer, effects: Iterable[Hidden], disc: int, K1: float, psi: Array) -> Array:
     """All removals of disc number ``disc`` at the phases ``psi``, the compensation of the drawing included."""
@@ -49,6 +60,22 @@ def removal(reducer: Reducer, effects: Iterable[Hidden], disc: int, K1: float, p
 def _wrapped(x: Array, period: float) -> Array:
     """x brought between −period/2 and period/2."""
     return x - period * np.round(x / period)
+
+
+def _gained(reducer: Reducer, kind: str, psi: Array) -> Array:
+    """How far polar angle or arc length of the drawn tooth, scaled to a turn, is ahead of ψ/z_c within a lobe [rad]."""
+    r = reducer
+    slow, fast = psi / r.lobes, psi * (r.pins / r.lobes)
+    centre = r.pin_circle_radius_mm * np.exp(-1j * slow) - r.eccentricity_mm * np.exp(-1j * fast)
+    # The normal points from the instant centre, a z_c from the middle.
+    normal = centre - r.eccentricity_mm * r.lobes * np.exp(-1j * fast)
+    z = centre - r.pin_radius_mm * normal / np.abs(normal)
+    if kind == "polar":
+        return -np.unwrap(np.angle(z)) - slow
+    if kind == "arc":
+        arc = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(z)))])
+        return (arc / arc[-1] - 0.5) * 2.0 * math.pi / r.lobes - slow
+    raise ValueError(f"clock '{kind}' is not known; choose generating, polar or arc")
 
 
 def _smooth(x: Array) -> Array:
@@ -73,7 +100,8 @@ def _pitch(blank: Blank, one: Hidden, psi: Array) -> Array:
 
 
 def _wheel_wear(blank: Blank, one: Hidden, psi: Array) -> Array:
-    start = 2.0 * math.pi * (one.number("first_lobe") - 1) - math.pi  # the tip before the first lobe
+    # The tip before the first lobe, or beyond it where the wheel came to the disc elsewhere.
+    start = 2.0 * math.pi * (one.number("first_lobe") - 1) - math.pi + one.get("x_start_rad")
     ground = np.mod(psi - start, blank.reducer.period) / blank.reducer.period
     past = _wrapped(psi - start, blank.reducer.period)
     # The saw jumps at the tip; a blended step takes the place of the sharp one.
@@ -85,10 +113,11 @@ def _chatter(blank: Blank, one: Hidden, psi: Array) -> Array:
     # A number of waves that does not come out even: the last one gives way to the first round the tip before lobe 1.
     period = blank.reducer.period
     past = _wrapped(psi + math.pi, period)
-    new = _smooth(past / TIP_BLEND)
+    new = _smooth(past / one.get("x_blend_rad", TIP_BLEND))
+    clock = str(one.parameters.get("x_clock", "generating"))
     waves = 0.0
     for share, at in ((new, past - math.pi), (1.0 - new, past - math.pi + period)):
-        turned = one["waves_per_turn"] * blank.along(at) - one.get("phase_deg") * DEGREE
+        turned = one["waves_per_turn"] * blank.clock(clock, at) - one.get("phase_deg") * DEGREE
         waves = waves + share * np.cos(turned)
     return one["amplitude_um"] * UM * waves
 
@@ -98,8 +127,11 @@ def _no_compensation(blank: Blank, one: Hidden, psi: Array) -> Array:
 
 
 def _flank_wear(blank: Blank, one: Hidden, psi: Array) -> Array:
-    where, depth = wear_shape(blank.reducer)
     side = 1.0 if one.get("flank", 1.0) == 1.0 else -1.0
+    if "x_exponent" in one.parameters:
+        lever = np.maximum(blank.flank(side * np.sin(psi), psi), 0.0)
+        return one["amount_um"] * UM * lever ** one["x_exponent"]
+    where, depth = wear_shape(blank.reducer)
     return one["amount_um"] * UM * np.interp(side * _wrapped(psi, 2.0 * math.pi), where, depth)
 
 

@@ -28,9 +28,10 @@ def scan(
     offset_um: tuple[float, float] = (0.0, 0.0),
     datum: str = "bore",
     missing_lobes: Collection[int] = (),
+    anticlockwise: bool = False,
     seed: int = 0,
 ) -> str:
-    """File of kind ``profile_scan``: points of equal arc, clockwise from the root of lobe 1, in µm of noise.
+    """File of kind ``profile_scan``: points of equal arc from the root of lobe 1, clockwise or not, in µm of noise.
 
     ``turn_deg`` is the angular zero and ``offset_um`` the origin of the machine, which the reader does not know.
     Lobes are counted from 1, clockwise; the missing ones were not measured.
@@ -44,9 +45,10 @@ def scan(
     lobe = np.mod(np.round(psi / (2.0 * math.pi)).astype(int), reducer.lobes) + 1
     z = z[~np.isin(lobe, list(missing_lobes))]
     z = z * np.exp(1j * turn_deg * DEGREE) + complex(*offset_um) * UM
+    z = z[::-1] if anticlockwise else z
     draw = np.random.default_rng(seed)
-    z = z + UM * (noise.draw(z.size, draw) + 1j * noise.draw(z.size, draw))
+    x, y = (noise.read(column, draw, UM) for column in (z.real, z.imag))
     keys: dict[str, object] = {"datum": datum, "specimen": f"disc {disc}"}
     if noise.declare:
         keys["noise_um"] = f"{noise.sigma:g}"
-    return text("profile_scan", keys, {"x_mm": z.real, "y_mm": z.imag})
+    return text("profile_scan", keys, {"x_mm": x, "y_mm": y})

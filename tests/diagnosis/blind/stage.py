@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
 from .clearance import Clearance, clearance
+from .contact import Body, Law, Roark
 from .hidden import Hidden
 from .parts import Parts, parts
 from .pose import Poses
@@ -27,14 +28,21 @@ _NEAR = 22
 # Misfits load the bearings at no torque: the balance is a share of this one at least [N·mm].
 _LEAST_TORQUE = 1e3
 _STIFFNESS = 2e9  # about that of the stage [N·mm/rad]
+# Rounds of forces and teeth pushed by them; each leaves about a third of the error.
+_PUSHES, _PUSHED = 15, 2e-10  # change of the output angle that ends them [rad]
 
 
 @dataclass(frozen=True)
 class Stage:
-    """A reducer with its hidden effects. The clearances are found once, for all loads and angles."""
+    """A reducer with its hidden effects. The clearances are found once, for all loads and angles.
+
+    ``contact`` law of pins and teeth, ``body`` of the discs.
+    """
 
     reducer: Reducer
     effects: tuple[Hidden, ...]
+    contact: Law = field(default_factory=Roark)
+    body: Body = field(default_factory=Body)
 
     @cached_property
     def parts(self) -> Parts:
@@ -61,7 +69,9 @@ class Stage:
         found = []
         for at in range(0, output.size, _BLOCK):
             some = slice(at, at + _BLOCK)
-            poses = Poses(self.reducer, self.parts, self.clearances, output[some], torque[some])
+            poses = Poses(
+                self.reducer, self.parts, self.clearances, output[some], torque[some], self.contact, self.body
+            )
             start = poses.touch() + poses.turned(poses.torque / _STIFFNESS)
             few = poses.near(start, min(_NEAR, self.reducer.pins))
             u = rest(few, start)
@@ -74,7 +84,20 @@ class Stage:
 
 
 def rest(poses: Poses, u: Array) -> Array:
-    """Unknowns at rest, from a start ``u``; raises RuntimeError where there is no rest.
+    """Unknowns at rest, from a start ``u``; raises RuntimeError where there is no rest."""
+    u = _rest(poses, u)
+    if poses.body.rigid:
+        return u
+    for _ in range(_PUSHES):
+        poses = poses.seen_from(u).pushed(u)
+        before, u = u, _rest(poses, u)
+        if np.max(np.abs(u - before)[:, 0]) < _PUSHED:
+            return u
+    raise RuntimeError("the pushed teeth do not settle: make the body stiffer or its reach shorter")
+
+
+def _rest(poses: Poses, u: Array) -> Array:
+    """Unknowns at rest with the teeth pushed as they are.
 
     Curvatures are taken anew where the pins come to touch, and that a few times more where a disc with play swings.
     """
@@ -97,8 +120,7 @@ def settle(poses: Poses, u: Array, tolerance: float) -> tuple[Array, Array]:
     u = u.copy()
     r = poses.reducer
     torque = np.maximum(np.abs(poses.torque), _LEAST_TORQUE)
-    # Forces get the arm of the pin circle, so that all are moments.
-    arm = np.array([1.0] + [r.pin_circle_radius_mm, r.pin_circle_radius_mm, 1.0] * r.discs)
+    arm, free = poses.arm, poses.free
     arm_of = r.pin_circle_radius_mm / arm
     damping = np.full(torque.size, 1e-4)
     left = np.arange(torque.size)
@@ -114,7 +136,7 @@ def settle(poses: Poses, u: Array, tolerance: float) -> tuple[Array, Array]:
         # What is slack gets some stiffness of its own.
         diagonal = np.maximum(np.diagonal(state.stiffness, axis1=1, axis2=2), poses.parts.stiffness * arm_of**2)
         damped = state.stiffness + (damping[left, None] * diagonal)[:, None, :] * np.eye(arm.size)
-        tried = u[left] - np.linalg.solve(damped, state.slope[..., None])[..., 0]
+        tried = u[left] - np.linalg.solve(damped, state.slope[..., None])[..., 0] @ free.T
         after = poses.state(tried)
         # A fall of the energy within its rounding is none, but then the forces tell.
         fallen = after.energy < state.energy - _ROUNDING * torque[left]

@@ -33,7 +33,7 @@ def transmission_error(
     stage = stage or Stage(reducer, tuple(effects))
     output = 2.0 * np.pi * np.arange(rows) / rows
     error = stage.twist(output, torque_nm * NEWTON_METRE) + sensor(effects, output)
-    error = (error - np.mean(error)) / ARCSEC + noise.draw(rows, np.random.default_rng(seed))
+    error = noise.read((error - np.mean(error)) / ARCSEC, np.random.default_rng(seed))
     keys: dict[str, object] = {"torque_nm": f"{torque_nm:.10g}"}
     if noise.declare:
         keys["noise_arcsec"] = f"{noise.sigma:g}"
@@ -58,7 +58,7 @@ def lost_motion(
         stage.twist(output, side * torque_nm * NEWTON_METRE) + series(effects, side * torque_nm * NEWTON_METRE)
         for side in (1.0, -1.0)
     )
-    lost = (ahead - behind) / ARCMIN + noise.draw(rows, np.random.default_rng(seed))
+    lost = noise.read((ahead - behind) / ARCMIN, np.random.default_rng(seed))
     keys: dict[str, object] = {"torque_nm": f"{torque_nm:.10g}"}
     if noise.declare:
         keys["noise_arcmin"] = f"{noise.sigma:g}"
