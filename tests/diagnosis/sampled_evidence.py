@@ -17,7 +17,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from cycloid_profile.diagnosis.model.lobe_index import index_lobes
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.design import as_built_reducer
@@ -33,6 +32,7 @@ from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
 from cycloid_profile.diagnosis.model.priors import priors_of
 from cycloid_profile.diagnosis.model.whitened import normal_equations
 from cycloid_profile.diagnosis.search._subsampling import subsample
+from cycloid_profile.diagnosis.search.lobe_index import index_lobes
 from cycloid_profile.diagnosis.search.search import equations_about
 from cycloid_profile.measurement import PROFILE_SCAN, parse_measurement
 from cycloid_profile.spec import parse_spec

@@ -241,7 +241,9 @@ class ExactModel:
         parts = normal_equations(blocks, optimum.members).parts
         R = sum(part.R * (block.z.size / block.chi2) for part, block in zip(parts, blocks, strict=True))
         covariance = np.asarray(np.linalg.inv(np.eye(optimum.u.size) + R), dtype=np.float64)
-        # The effect of the model may be larger or smaller than that of nature by some share.
+        if self.only_scans:
+            return replace(optimum, covariance=covariance)
+        # A predicted response may be larger or smaller than that of nature by some share. A scan shows the size itself.
         covariance += (
             tuned.SCALE**2 * np.outer(optimum.u, optimum.u) * np.kron(np.eye(len(optimum.members)), np.ones((2, 2)))
         )

@@ -20,6 +20,7 @@ from cycloid_profile.measurement import PROFILE_SCAN
 # Share of the residual. In curves over a revolution every effect appears as waves, so the strongest wave need not be
 # chatter.
 _LEAST_SHARE = 0.5
+_SPLIT = 1.5  # waves: a step in the middle of the scan splits a peak into two, one wave apart
 
 
 def waves_left(model: ExactModel, optimum: Optimum) -> list[Candidate]:
@@ -52,6 +53,16 @@ def refitted(model: ExactModel, optimum: Optimum) -> tuple[Candidate, ...]:
                 waves = _refitted_waves(state, others, waves, disc, speed)
                 members[i] = chatter(waves, disc, priors_of(model.reducer), speed)
     return tuple(members)
+
+
+def nearest_waves(member: Candidate, shown: Sequence[Candidate]) -> Candidate:
+    """The chatter among ``shown`` on the same disc with nearly as many waves as ``member``; the member if none is."""
+
+    def apart(one: Candidate) -> float:
+        return abs(float(one.choice["waves_per_turn"]) - float(member.choice["waves_per_turn"]))
+
+    same = [one for one in shown if one.kind is member.kind and one.choice["disc"] == member.choice["disc"]]
+    return min((one for one in same if apart(one) < _SPLIT), key=apart, default=member)
 
 
 def alternative_waves(model: ExactModel, optimum: Optimum) -> list[Candidate]:
