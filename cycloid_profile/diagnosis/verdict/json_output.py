@@ -5,10 +5,12 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from cycloid_profile.diagnosis.model.detection import Finding
 from cycloid_profile.diagnosis.verdict.result import Diagnosis, FileGap, NamedEffect
+from cycloid_profile.effects import data_file, empirical_to_table
 from cycloid_profile.units import SIGNS, unit_of
 
 _DIGITS = 6  # far below any uncertainty; equal results print equal
@@ -38,6 +40,16 @@ def diagnosis_to_json(diagnosis: Diagnosis, name: str) -> dict[str, Any]:
         "not_seen": [
             {"name": n, "smallest_detectable": detectable_text(size, parameter)}
             for n, (size, parameter) in diagnosis.not_seen.items()
+        ],
+        "empirical": [
+            {
+                **empirical_to_table(one.effect),
+                "file": one.file,
+                "held_out_before": rounded_number(one.held_out_before),
+                "held_out_after": rounded_number(one.held_out_after),
+                "unit": one.unit,
+            }
+            for one in diagnosis.empirical
         ],
         "p_value": rounded_number(diagnosis.detection.p_value),
         "p_value_after": rounded_number(diagnosis.residual_detection.p_value),
@@ -76,6 +88,14 @@ def effect_tables(diagnosis: Diagnosis, files: Mapping[str, bytes]) -> list[dict
             {"name": one.candidate.name} | values | {"uncertainty": rounded(one.uncertainty), "origin": origin}
         )
     return tables
+
+
+def empirical_tables(diagnosis: Diagnosis, files: Mapping[str, bytes]) -> list[dict[str, Any]]:
+    """Tables ``[[empirical]]`` of the curves, each with the file it was fitted to."""
+    return [
+        empirical_to_table(replace(one.effect, data=(data_file(one.file, files[one.file]),)))
+        for one in diagnosis.empirical
+    ]
 
 
 def p_value_text(p: float) -> str:

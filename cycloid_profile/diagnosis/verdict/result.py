@@ -13,6 +13,7 @@ from cycloid_profile.diagnosis.model.candidate import Candidate
 from cycloid_profile.diagnosis.model.detection import Detection, Finding
 from cycloid_profile.diagnosis.model.residuals import Residuals
 from cycloid_profile.diagnosis.verdict.nearest_effects import NearestEffect
+from cycloid_profile.diagnosis.verdict.rest_curves import EmpiricalFit
 from cycloid_profile.effects import AsBuiltReducer, Effect
 from cycloid_profile.units import SIGNS
 
@@ -96,7 +97,7 @@ class Diagnosis(Described):
     ``detection``: tests without the named effects; ``residual_detection``: tests with them. ``where``: significant
     places without them. ``remainder``: largest unexplained residual, or None. ``nearest``: known effects most similar
     to an unknown effect. ``not_seen``: smallest detectable size of every effect and the name of its parameter.
-    ``log_evidence``: of the best set.
+    ``log_evidence``: of the best set. ``empirical``: smooth curves for what the effects leave.
     """
 
     reducer: AsBuiltReducer
@@ -112,6 +113,7 @@ class Diagnosis(Described):
     gaps: tuple[FileGap, ...]
     notes: tuple[str, ...]
     log_evidence: float
+    empirical: tuple[EmpiricalFit, ...] = ()
 
     def _key_figures(self) -> Mapping[str, str]:
         effects = {

@@ -30,6 +30,7 @@ from cycloid_profile.diagnosis.search.seam import seam_notes
 from cycloid_profile.diagnosis.search.search import SearchResult, search_effects
 from cycloid_profile.diagnosis.verdict._alternatives import location_notes, named_effects, rotation_notes
 from cycloid_profile.diagnosis.verdict.nearest_effects import nearest
+from cycloid_profile.diagnosis.verdict.rest_curves import EmpiricalFit, empirical_fits
 from cycloid_profile.diagnosis.verdict.result import Diagnosis, FileGap, NamedEffect
 from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.measurement import PROFILE_SCAN, Measurement, scanned_disc
@@ -198,6 +199,12 @@ def _result(explanation: _Explanation, files: _Files, not_seen: NotSeen, progres
     )
     near = () if effects else nearest(detected.everything, detected.equations)
     notes += [one.sentence for one in near if one.too_large]
+    empirical: tuple[EmpiricalFit, ...] = ()
+    if explanation.worst is not None or not effects:
+        progress("fitting smooth curves to what is left")
+        model = explanation.found.model
+        empirical = empirical_fits((model.at(best) if effects else model.baseline).residuals)
+        notes += [one.sentence for one in empirical]
     return Diagnosis(
         reducer,
         corrected,
@@ -212,6 +219,7 @@ def _result(explanation: _Explanation, files: _Files, not_seen: NotSeen, progres
         _gaps(explanation, files, corrected, bool(effects)),
         tuple(notes),
         best.log_evidence,
+        empirical,
     )
 
 

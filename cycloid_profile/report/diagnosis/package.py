@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from cycloid_profile import plot
 from cycloid_profile._display import with_unit
-from cycloid_profile.diagnosis import Detectability, Diagnosis, NamedEffect, effect_tables
+from cycloid_profile.diagnosis import Detectability, Diagnosis, NamedEffect, effect_tables, empirical_tables
 from cycloid_profile.diagnosis import diagnosis_to_json as diagnosis_json
 from cycloid_profile.effects import EFFECTS, parameters
 from cycloid_profile.errors import CycloidError
@@ -44,7 +44,7 @@ def write_diagnosis(
 
     ``files``: name and content of each measured file. The spec file itself is not changed.
     """
-    new_spec = f"{spec.stem}_diagnosed.toml" if diagnosis.effects else None
+    new_spec = f"{spec.stem}_diagnosed.toml" if diagnosis.effects or diagnosis.empirical else None
     with atomic_folder(folder) as scratch:
         plots = scratch / PLOTS
         plots.mkdir()
@@ -56,7 +56,8 @@ def write_diagnosis(
         write_text(scratch / REPORT, diagnosis_report(diagnosis, name, plots, drawn, new_spec))
         write_text(scratch / "diagnosis.json", json_text(diagnosis_json(diagnosis, name)))
         if new_spec is not None:
-            grown = spec_with_effects(spec.read_text(encoding="utf-8-sig"), effect_tables(diagnosis, files))
+            text = spec.read_text(encoding="utf-8-sig")
+            grown = spec_with_effects(text, effect_tables(diagnosis, files), empirical_tables(diagnosis, files))
             write_text(scratch / new_spec, grown)
     return WrittenDiagnosis(folder / REPORT, None if new_spec is None else folder / new_spec)
 
