@@ -29,7 +29,9 @@ def test_scan_names_what_was_hidden(tmp_path, capsys):
         one = by_name[name]
         # Noise that is drawn once: four standard deviations.
         assert abs(one.parameters[size] - hidden) < 4.0 * one.uncertainty[size]
-        assert one.group == (name,)
+        # Wear that follows another power of the lever has nearly the shape of a missing compensation.
+        assert one.group[0] == name
+        assert set(one.group) <= {name, "flank_wear"}
         assert one.parameters["disc"] == 1
     # sin ψ S cos t of 1.5 µm and |sin ψ| S of 1 µm, with 0.3 µm of noise; 800 rows are held out.
     assert gap.fit_before > 2.5 * gap.noise

@@ -6,7 +6,7 @@ BODY_OF_RIGID_DISC = 0.5  # of the approach: a finite-element disc moves the fla
 BODY_OF_ELASTIC_DISC = 0.15  # of the approach: meshes, holes and pillars left out
 BEARING_STIFFNESS = 0.2  # of the bearing's stiffness: catalogue values scatter by as much
 ORDER_ACCURACY = 1.0  # times the accuracy of the file, for each order of the mesh
-FORM = 0.03  # of an effect, for each slow modulation of its pattern
+FORM = 0.02  # of an effect, for each slow modulation of its pattern
 SCALE = 0.005  # of the size of an effect: two solvers of one law differ by as much
 REVERSAL = 0.5  # of an effect just after a reversal, where friction slips in many forms
 

@@ -33,7 +33,7 @@ def test_an_implausible_pitch_error_is_reported_but_not_named():
     assert abs(near.parameters["amplitude_um"] - amount) < 0.5
     values = diagnosis_to_json(found, "drive")
     first = values["nearest"][0]
-    assert f"larger than plausible ({LARGEST:.3g})" in first["why_not"]
+    assert f"than a ground drive of this size plausibly has ({LARGEST:.3g})" in first["why_not"]
     assert abs(first["parameters"]["amplitude_um"] - near.parameters["amplitude_um"]) < 1e-3
     assert any(note.startswith("resembles cumulative_pitch_error, but amplitude_um = ") for note in values["notes"])
     # The others state the share of the gap that they leave.

@@ -39,7 +39,12 @@ def even_in(block: Whitened, z: FloatArray) -> str:
     """Motion of constant speed in which the strongest wave of a residual is even; the generating one unless another is
     clearly better.
     """
-    powers = {speed: float(np.max(chatter_spectrum(block, z, speed)[1], initial=0.0)) for speed in SPEEDS}
+    lobes = block.residuals.reducer.case.drive.trochoid.lobes
+    powers = {}
+    for speed in SPEEDS:
+        grid, power = chatter_spectrum(block, z, speed)
+        # Multiples of the lobes are tooth form, in any motion.
+        powers[speed] = float(np.max(power[off_lobes(grid, lobes) > 1.0], initial=0.0))
     best = max(powers, key=lambda speed: powers[speed])
     return best if powers[best] > powers[GENERATING] + AS_GOOD else GENERATING
 
@@ -59,9 +64,9 @@ def chatter_peaks(block: Whitened, z: FloatArray | None = None, most: int = 3, s
     return found
 
 
-def peak_near(block: Whitened, waves: float, z: FloatArray, speed: str = GENERATING) -> float:
-    """Strongest number of waves within half a wave of ``waves``, to a fiftieth."""
-    near = waves + np.arange(-25, 26) / 50.0
+def peak_near(block: Whitened, waves: float, z: FloatArray, speed: str = GENERATING, reach: float = 0.5) -> float:
+    """Strongest number of waves within ``reach`` of ``waves``, to a fiftieth."""
+    near = waves + np.arange(-round(50.0 * reach), round(50.0 * reach) + 1) / 50.0
     return float(near[int(np.argmax(wave_power(block, near, z, speed)))])
 
 

@@ -20,7 +20,7 @@ from cycloid_profile.measurement import PROFILE_SCAN
 # Share of the residual. In curves over a revolution every effect appears as waves, so the strongest wave need not be
 # chatter.
 _LEAST_SHARE = 0.5
-_SPLIT = 1.5  # waves: a step in the middle of the scan splits a peak into two, one wave apart
+SPLIT = 1.5  # waves: a step in the middle of the scan splits a peak into two, one wave apart
 
 
 def waves_left(model: ExactModel, optimum: Optimum) -> list[Candidate]:
@@ -41,8 +41,8 @@ def waves_left(model: ExactModel, optimum: Optimum) -> list[Candidate]:
     return found if known else [*found, *_under_pins(state, members)]
 
 
-def refitted(model: ExactModel, optimum: Optimum) -> tuple[Candidate, ...]:
-    """Members of an optimum with their numbers of waves read again after subtraction of the others."""
+def refitted(model: ExactModel, optimum: Optimum, reach: float = 0.5) -> tuple[Candidate, ...]:
+    """Members of an optimum, their numbers of waves read again within ``reach`` after subtraction of the others."""
     members = list(optimum.members)
     for i, member in enumerate(members):
         if member.kind is GrindingChatter:
@@ -50,19 +50,9 @@ def refitted(model: ExactModel, optimum: Optimum) -> tuple[Candidate, ...]:
             if state is not None:
                 waves, disc = float(member.choice["waves_per_turn"]), member.choice.get("disc")
                 speed = str(member.choice["constant_speed"])
-                waves = _refitted_waves(state, others, waves, disc, speed)
+                waves = _refitted_waves(state, others, waves, disc, speed, reach)
                 members[i] = chatter(waves, disc, priors_of(model.reducer), speed)
     return tuple(members)
-
-
-def nearest_waves(member: Candidate, shown: Sequence[Candidate]) -> Candidate:
-    """The chatter among ``shown`` on the same disc with nearly as many waves as ``member``; the member if none is."""
-
-    def apart(one: Candidate) -> float:
-        return abs(float(one.choice["waves_per_turn"]) - float(member.choice["waves_per_turn"]))
-
-    same = [one for one in shown if one.kind is member.kind and one.choice["disc"] == member.choice["disc"]]
-    return min((one for one in same if apart(one) < _SPLIT), key=apart, default=member)
 
 
 def alternative_waves(model: ExactModel, optimum: Optimum) -> list[Candidate]:
@@ -88,12 +78,14 @@ def _state_without(model: ExactModel, optimum: Optimum, i: int) -> tuple[list[Ca
     return others, model.state(others, np.delete(optimum.u, [2 * i, 2 * i + 1]))
 
 
-def _refitted_waves(state: State, others: Sequence[Candidate], waves: float, disc: int | None, speed: str) -> float:
+def _refitted_waves(
+    state: State, others: Sequence[Candidate], waves: float, disc: int | None, speed: str, reach: float
+) -> float:
     """Number of waves near ``waves`` that fits best given ``others``: from a scan that shows it, else from turns."""
     for block in state.blocks:
         recording = block.residuals.recording
         if recording.kind is PROFILE_SCAN and disc in (None, recording.disc + 1):
-            return peak_near(block, waves, _residual_after_fit(block, others), speed)
+            return peak_near(block, waves, _residual_after_fit(block, others), speed, reach)
     return UnscannedWaves(state.blocks, others, disc).near(waves) if unscanned(state.blocks) else waves
 
 

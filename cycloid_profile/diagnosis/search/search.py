@@ -22,7 +22,7 @@ from cycloid_profile.diagnosis.search._second_order import second_order
 from cycloid_profile.diagnosis.search._starts import of_finite_size
 from cycloid_profile.diagnosis.search._subsampling import smallest_subsample
 from cycloid_profile.diagnosis.search._symmetric_parts import on_other_parts
-from cycloid_profile.diagnosis.search._waves import alternative_waves, nearest_waves, refitted, waves_left
+from cycloid_profile.diagnosis.search._waves import SPLIT, alternative_waves, refitted, waves_left
 from cycloid_profile.diagnosis.search.lobe_index import offsets_about, with_offsets
 from cycloid_profile.diagnosis.search.seam import offsets_by_seams
 from cycloid_profile.measurement import HYSTERESIS
@@ -217,12 +217,11 @@ class _Stage:
             found += [Proposal(self.library.members(i), u, fit.offsets) for i, u in moved]
         return [*found, *self._reindexed(model, fit)]
 
-    def _with_waves_of(self, offsets: tuple[int, ...], members: tuple[Candidate, ...]) -> tuple[Candidate, ...]:
+    def _with_waves_of(self, offsets: tuple[int, ...], optimum: Optimum) -> tuple[Candidate, ...]:
         """The members with their numbers of waves read at other lobe indices: a step in the middle splits a peak."""
-        model = self.model(offsets)
-        shown = waves_left(model, empty_fit(model).optimum)
-        self.library = self.library.with_more(shown)
-        return tuple(nearest_waves(member, shown) for member in members)
+        waved = refitted(self.model(offsets), optimum, SPLIT)
+        self.library = self.library.with_more(waved)
+        return waved
 
     def _reindexed(self, model: ExactModel, fit: Fit) -> list[Proposal]:
         """The set, and the set rotated by 180°, with the lobe index that suits it best."""
@@ -235,5 +234,5 @@ class _Stage:
                 if any(more):
                     offsets = tuple((a + b) % lobes for a, b in zip(fit.offsets, more, strict=True))
                     found.append(Proposal(one.members, one.u, offsets))
-                    found.append(Proposal(self._with_waves_of(offsets, one.members), one.u, offsets))
+                    found.append(Proposal(self._with_waves_of(offsets, one), one.u, offsets))
         return found
