@@ -142,7 +142,8 @@ class Posed:
         found = (
             c
             for c in self.library.candidates
-            if c.name == one.name and all(parts.get(k) == v for k, v in c.choice.items())
+            if c.name == one.name
+            and all(parts.get(k, v if k in c.kind.shapes else None) == v for k, v in c.choice.items())
         )
         return next(found)
 

@@ -83,12 +83,19 @@ def search_effects(
     frequencies = max((r.rows.size for r in model.recordings if r.kind is not HYSTERESIS), default=2)
     library = Library(tuple(candidates), frequencies)
     few = smallest_subsample(model, gain)
-    stage = _Stage(few, library, progress, tuned.BEAM, tuned.LINEAR_ERROR)
+    stage = _Stage(few, library, progress, tuned.BEAM, tuned.LINEAR_ERROR, tuned.FITS)
     stage.keep(empty_fit(few))
     stage.explore(tuned.EXPANSIONS)
     if few is not model:
         progress(f"fitting all rows, {len(stage.leading)} sets")
-        whole = _Stage(model, stage.library, progress, tuned.BEAM_ON_ALL_ROWS, tuned.LINEAR_ERROR_ON_ALL_ROWS)
+        whole = _Stage(
+            model,
+            stage.library,
+            progress,
+            tuned.BEAM_ON_ALL_ROWS,
+            tuned.LINEAR_ERROR_ON_ALL_ROWS,
+            tuned.FITS_ON_ALL_ROWS,
+        )
         whole.keep(empty_fit(model))
         whole.fit(Proposal(one.optimum.members, one.optimum.u, one.offsets) for one in stage.leading)
         whole.explore(tuned.EXPANSIONS_ON_ALL_ROWS)
@@ -123,10 +130,16 @@ class _Stage:
     """
 
     def __init__(
-        self, model: ExactModel, library: Library, progress: Callable[[str], None], beam: int, error: float
+        self,
+        model: ExactModel,
+        library: Library,
+        progress: Callable[[str], None],
+        beam: int,
+        error: float,
+        fits: int,
     ) -> None:
         self.library, self.progress, self.limited = library, progress, False
-        self._beam, self._error = beam, 0.0 if model.only_scans else error
+        self._beam, self._error, self._left = beam, 0.0 if model.only_scans else error, fits
         self._models = {(0,) * len(model.recordings): model}
         self._first = model
         self._fits: dict[Key, Fit] = {}
@@ -187,6 +200,10 @@ class _Stage:
             start = np.sign(np.round(one.start, 1)).tobytes()
             if (key, start) in self._tried or len(key[0]) < len(one.members) or one.promised < self._least:
                 continue
+            if self._left <= 0:
+                self.limited = True
+                break
+            self._left -= 1
             self._tried.add((key, start))
             beat = self.ranked[0].optimum.misfit
             attempt = Attempt(one.members, one.start, beat=beat)

@@ -189,6 +189,8 @@ def _result(explanation: _Explanation, files: _Files, not_seen: NotSeen, progres
     detected, best = explanation.detected, explanation.found.best
     reducer, notes = detected.model.reducer, files.notes
     notes += seam_notes(files.recordings, detected.everything.recordings, reducer.case.drive.trochoid.lobes)
+    if explanation.found.limited:
+        notes.append("the search reached its limit of fits: another set of effects may explain more")
     effects: tuple[NamedEffect, ...] = ()
     if _is_accepted(explanation):
         effects = named_effects(explanation.found, detected.everything, explanation.final, progress)
