@@ -70,10 +70,10 @@ def location_notes(effects: Sequence[NamedEffect]) -> list[str]:
 
 
 def _location_text(place: SizedEffect) -> str:
-    parts = [
-        f"of all {key}s" if value is None else f"of {key.replace('_', ' ')} {value:g}"
-        for key, value in place.candidate.choice.items()
-    ]
+    parts = []
+    for key, value in place.candidate.choice.items():
+        text = value if isinstance(value, str) else f"{value:g}" if value is not None else ""
+        parts.append(f"of all {key}s" if value is None else f"of {key.replace('_', ' ')} {text}")
     sizes = [f"{key} = {place.parameters[key]:.3g}" for key in place.uncertainty]
     return f"{', '.join(parts)} with {', '.join(sizes)}"
 
