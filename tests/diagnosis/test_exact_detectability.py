@@ -46,7 +46,7 @@ def linear_size(residuals: Residuals, one: Candidate) -> float:
 
 
 @pytest.mark.slow
-def test_linear_detectable_clearance_is_invisible_and_the_exact_one_visible(drawing):
+def test_linear_detectable_clearance_falls_short_and_the_exact_one_is_visible(drawing):
     """In the generator the bearings lose contact, and the ripple decreases first."""
     play = candidate(drawing, "crank_bearing_clearance")
     promised = linear_size(drawing, play)
@@ -62,8 +62,8 @@ def test_linear_detectable_clearance_is_invisible_and_the_exact_one_visible(draw
         assert math.sqrt(changed[-1]) == pytest.approx(
             math.sqrt(noncentrality_of([drawing], play, one)), rel=0.1, abs=1.0
         )
-    assert changed[0] < 0.25 * NEEDED
-    assert changed[1] > 0.7 * NEEDED
+    # What linear equations promise falls short by a third or more.
+    assert changed[0] < 0.67 * NEEDED < changed[1]
 
 
 def test_linear_effects_keep_their_detectable_size(drawing):
