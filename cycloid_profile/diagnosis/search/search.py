@@ -6,7 +6,7 @@ Curves are searched on a subsample of rows first, then on all rows from the lead
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -250,6 +250,13 @@ class _Stage:
             for more in (offsets_about(model, self.library, one), offsets_by_seams(model, one)):
                 if any(more):
                     offsets = tuple((a + b) % lobes for a, b in zip(fit.offsets, more, strict=True))
-                    found.append(Proposal(one.members, one.u, offsets))
-                    found.append(Proposal(self._with_waves_of(offsets, one), one.u, offsets))
+                    moved = one
+                    if model.only_scans:
+                        # Scans alone keep their effects: the numbers of lobes change with the index.
+                        choices = [member.reindexed(-max(more), lobes)[0] for member in one.members]
+                        pairs = zip(one.members, choices, strict=True)
+                        moved = replace(one, members=tuple(replace(m, choice=choice) for m, choice in pairs))
+                        self.library = self.library.with_more(moved.members)
+                    found.append(Proposal(moved.members, one.u, offsets))
+                    found.append(Proposal(self._with_waves_of(offsets, moved), one.u, offsets))
         return found
