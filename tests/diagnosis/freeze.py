@@ -1,6 +1,6 @@
-"""Answers of version 0.3.0 to blind cases, frozen, and their comparison with today's answers.
+"""Answers of the earlier search (commit 73d1516) to blind cases, frozen, and their comparison with today's answers.
 
-``frozen/answers_0_3.json`` holds the questions, the truth, and what the diagnosis of version 0.3.0 answered, with rigid
+``frozen/answers_0_3.json`` holds the questions, the truth, and what it answered, with rigid
 discs in every spec. ``python -m tests.diagnosis.freeze OUT`` asks today's package the same cases, appends the answers
 to OUT (a second call continues), and prints both by section: what the answers are worth, and the ratio of the times.
 ``--store IN`` writes a new frozen file from the answers in IN. It is no test: nothing passes or fails.
@@ -151,7 +151,7 @@ def main() -> None:
         store(read(arguments.store))
         return
     if arguments.out is None:
-        parser.error("give a file for today's answers, for example /tmp/answers.jsonl")
+        parser.error("give a file for today's answers, for example answers.jsonl")
     frozen = [row for row in read(FROZEN) if arguments.only in row["section"]]
     if arguments.first is not None:
         sections = [row["section"] for row in frozen]
