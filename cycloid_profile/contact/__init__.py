@@ -55,6 +55,7 @@ from cycloid_profile.contact.pin_strength import pin_stress as pin_stress
 from cycloid_profile.contact.result import LoadSharing as LoadSharing
 from cycloid_profile.contact.result import SolveStatus as SolveStatus
 from cycloid_profile.contact.result import StagePositions as StagePositions
+from cycloid_profile.contact.result import joined as joined
 from cycloid_profile.contact.running import Losses as Losses
 from cycloid_profile.contact.running import LossRange as LossRange
 from cycloid_profile.contact.running import loss_range as loss_range

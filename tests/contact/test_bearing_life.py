@@ -95,8 +95,8 @@ def test_reference_viscosity():
 @given(st.floats(0.1, 4.0), st.floats(0.0, 5.0))
 def test_life_factor_rises_with_film_and_cleanliness(kappa, ratio):
     here = life_factor(kappa, ratio)
-    # At κ = 0.1 the printed constants leave 0.0999.
-    assert 0.0999 <= here <= 50.0 * (1.0 + 1e-12)
+    # At κ = 0.1 the printed constants, which the standard rounds, leave 0.09990 to 0.09994.
+    assert 0.09989 <= here <= 50.0 * (1.0 + 1e-12)
     assert life_factor(min(1.1 * kappa, 4.0), ratio) >= here * (1.0 - 1e-4)
     assert life_factor(kappa, 1.1 * ratio) >= here * (1.0 - 1e-4)
 

@@ -13,15 +13,19 @@ _REGULAR = 1e-10
 def solve_linear_compliance(
     stiffness: FloatArray, load: FloatArray, rcond: float, symmetric: bool = True
 ) -> FloatArray:
-    """The motion x with K x = ``load``, shape (poses, n, loads); the least one where a part is unloaded.
+    """The motion x with K x = ``load``, shape (poses, n, loads); the least one where a part is unloaded, NaN without an
+    equilibrium.
 
     ``stiffness`` K shape (poses, n, n); ``load`` shape (poses, n, loads); ``rcond`` as of ``numpy.linalg.pinv``.
     """
+    known = np.all(np.isfinite(stiffness), axis=(1, 2))
     diagonal = np.prod(np.diagonal(stiffness, axis1=1, axis2=2), axis=1)
-    regular = np.linalg.det(stiffness) > _REGULAR * diagonal
-    motion = np.empty_like(load)
+    regular = known.copy()
+    regular[known] = np.linalg.det(stiffness[known]) > _REGULAR * diagonal[known]
+    motion = np.full_like(load, np.nan)
     motion[regular] = np.linalg.solve(stiffness[regular], load[regular])
-    if not np.all(regular):
-        inverse = np.linalg.pinv(stiffness[~regular], hermitian=symmetric, rcond=rcond)
-        motion[~regular] = inverse @ load[~regular]
+    singular = known & ~regular
+    if np.any(singular):
+        inverse = np.linalg.pinv(stiffness[singular], hermitian=symmetric, rcond=rcond)
+        motion[singular] = inverse @ load[singular]
     return motion

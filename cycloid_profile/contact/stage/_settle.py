@@ -28,6 +28,8 @@ from cycloid_profile.contact.stage._kernels import (
 
 _FOOT_STEPS, _LAST_STEP, _STEP_LIMIT = 60, 1e-8, 0.2
 _UNBALANCED = 0.5  # of the torque
+# A search whose imbalance does not fall to this share of its least in so many refreshes goes round in circles.
+_FALL, _PATIENCE = 0.7, 10
 
 
 @njit(cache=True, parallel=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
@@ -82,6 +84,7 @@ def settle(  # pragma: no cover - compiled, out of the sight of the coverage too
         slope, receded = np.zeros((len(width.tilt), 2)), np.zeros(load.shape[1])
         sense = 1.0 if torque[p] > 0.0 else -1.0
         settled[p] = False
+        least, idle = np.inf, 0
         for refresh in range(limits[0]):
             found = True
             for a in range(unknowns):
@@ -117,6 +120,12 @@ def settle(  # pragma: no cover - compiled, out of the sight of the coverage too
             step[:] = 0.0
             if off < tolerance[p]:
                 settled[p] = True
+                break
+            if off < _FALL * least:
+                least, idle = off, 0
+            else:
+                idle += 1
+            if idle > _PATIENCE or not off < np.inf:
                 break
             if refresh == 0 and off > _UNBALANCED:
                 # Pressed together a little: Newton then has forces to balance from the start.

@@ -93,11 +93,15 @@ class StageTangent:
 
     @cached_property
     def _under_unit_torque(self) -> FloatArray:
-        """Forces of pins and bearings by a unit torque on the carrier, shape (poses, forces) [N/(N·mm)]."""
+        """Forces of pins and bearings by a unit torque on the carrier, shape (poses, forces), zero without equilibrium
+        [N/(N·mm)].
+        """
         energy, unit = self.energy, np.zeros((*self.point.gradient.shape, 1))
         unit[:, 0] = 1.0
         motion = solve_linear_compliance(energy.hessian(self.point), unit, _RCOND)
-        return energy.stiffness_times(self.point, energy.by_motion @ motion)[..., 0]
+        return np.nan_to_num(
+            energy.stiffness_times(self.point, energy.by_motion @ motion)[..., 0], posinf=0.0, neginf=0.0
+        )
 
     def rotation(self, gap: FloatArray | float, misfit: FloatArray | float = 0.0) -> FloatArray:
         """Rotation of the output due to changes of gaps and bearing fits [mm], shape (poses,) [rad].
