@@ -18,6 +18,7 @@ from cycloid_profile.rig.hysteresis import hysteresis_loop as hysteresis_loop
 from cycloid_profile.rig.linearised_curves import LinearisedCurve as LinearisedCurve
 from cycloid_profile.rig.prediction import LEAST_COMPARED_SHARE as LEAST_COMPARED_SHARE
 from cycloid_profile.rig.prediction import CurvePrediction as CurvePrediction
+from cycloid_profile.rig.prediction import preceding_sign as preceding_sign
 from cycloid_profile.rig.prediction import predict_curve as predict_curve
 from cycloid_profile.rig.prediction import predict_curves as predict_curves
 from cycloid_profile.rig.registration import RegisteredScan as RegisteredScan
@@ -27,6 +28,8 @@ from cycloid_profile.rig.residuals import measurement_residual as measurement_re
 from cycloid_profile.rig.reversal import PUBLISHED_REVERSAL_SPEED as PUBLISHED_REVERSAL_SPEED
 from cycloid_profile.rig.reversal import ReversalRun as ReversalRun
 from cycloid_profile.rig.reversal import reversal_run as reversal_run
+from cycloid_profile.rig.scan_points import tooth_points as tooth_points
+from cycloid_profile.rig.simulation import LEAST_POINTS_PER_LOBE as LEAST_POINTS_PER_LOBE
 from cycloid_profile.rig.simulation import Settings as Settings
 from cycloid_profile.rig.simulation import key_figures as key_figures
 from cycloid_profile.rig.simulation import profile_scan as profile_scan

@@ -47,7 +47,8 @@ class LinearisedCurve:
     def change(self, after: AsBuiltReducer) -> FloatArray:
         """Change of the column when the reducer becomes ``after``, in its unit, shape (rows,); finite everywhere."""
         changed = sum(one.term.weight * one.rotation(after) for one in self._terms)
-        return np.asarray(changed) / self.prediction.unit
+        # A pose without an equilibrium has no change.
+        return np.nan_to_num(np.asarray(changed) / self.prediction.unit, posinf=0.0, neginf=0.0)
 
     def opened(self, by: Callable[[LoadedContacts], FloatArray]) -> FloatArray:
         """Change of the column when each loaded contact opens by a gap, a function of the contacts [mm], shape
@@ -168,5 +169,6 @@ class _TermTangent:
             return after.series_twist(through) - before.series_twist(through)
         transmitted, twisted = loop_path(after, self.measurement)
         stiffness = self.term.sharing.torsional_stiffness[self.term.equivalent.representative]
-        turned = np.nan_to_num(1.0 / stiffness) * (transmitted[self.rows] - through)
+        compliance = np.divide(1.0, stiffness, out=np.zeros_like(stiffness), where=stiffness > 0.0)
+        turned = compliance * (transmitted[self.rows] - through)
         return np.asarray(turned + twisted[self.rows] - self.term.twist)

@@ -10,19 +10,22 @@ from typing import Any
 import numpy as np
 
 from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
-from cycloid_profile.contact import LoadSharing, StagePositions
+from cycloid_profile.contact import LoadSharing, StagePositions, joined
 from cycloid_profile.contact.stage import StageEquilibrium
 from cycloid_profile.effects import AsBuiltReducer
-from cycloid_profile.errors import MeasurementError
+from cycloid_profile.errors import MeasurementError, SolveError
 from cycloid_profile.measurement import Hysteresis, LostMotionMap, Measurement, MeasurementKind, TransmissionErrorCurve
 from cycloid_profile.rig._equivalent_poses import EquivalentPoses, equivalent_poses
+from cycloid_profile.rig.hysteresis import UNLOADED_SHARE
 from cycloid_profile.units import DEGREE, NEWTON_METRE
 
-# Share of the rated torque below which a row of a loop is not compared: close to the backlash the preceding load,
-# which the file does not state, decides the angle. Larger than ``UNLOADED_SHARE``, which only keeps a solve defined.
+# Share of the largest torque of a loop below which a row is not compared: close to the backlash the preceding load
+# decides the angle. Larger than ``UNLOADED_SHARE``, which only keeps a solve defined.
 LEAST_COMPARED_SHARE = 0.03
 # Imbalance of forces over the torque: it turns the output by a millionth of an arc second.
 _QUICK_TOLERANCE = 1e-7
+# Poses of a changed reducer that are tried first: a change without equilibrium in most of them is given up.
+_PROBES = 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,8 +33,8 @@ class Term:
     """One term of a row: ``weight`` times the angle read at ``output_angle`` [rad].
 
     ``sharing`` is the equilibrium of the solved poses, ``equivalent`` maps rows to these; ``through`` the torque
-    that friction leaves to the stage [N·mm] and ``twist`` what it twists in series [rad]; ``comparable`` where there
-    is an equilibrium outside the backlash.
+    that friction leaves to the stage [N·mm] and ``twist`` what it twists in series [rad]; ``unloaded`` where the stage
+    rests inside the backlash on the flank touched last.
     """
 
     weight: float
@@ -40,11 +43,12 @@ class Term:
     output_angle: FloatArray
     through: FloatArray
     twist: FloatArray
-    comparable: BoolArray
+    unloaded: BoolArray
 
     def angle(self, reducer: AsBuiltReducer) -> FloatArray:
-        """Encoder reading, NaN where the row has no equilibrium or is not compared, shape (rows,) [rad]."""
-        turned = np.where(self.comparable, self.sharing.rotation[self.equivalent.representative], np.nan)
+        """Encoder reading, NaN where the row has no equilibrium, shape (rows,) [rad]."""
+        solved = self.equivalent.representative
+        turned = np.where(self.sharing.settled[solved], self.sharing.rotation[solved], np.nan)
         read = reducer.angle_error(self.output_angle)
         return np.asarray(turned + self.twist + read)
 
@@ -63,20 +67,23 @@ class Term:
             output_angle=self.output_angle[rows],
             through=self.through[rows],
             twist=self.twist[rows],
-            comparable=self.comparable[rows],
+            unloaded=self.unloaded[rows],
         )
 
 
 @dataclass(frozen=True, eq=False)
 class CurvePrediction:
-    """Predicted column at some ``rows`` of the file: ``value`` in the unit of the column, shape (rows,), and the
-    ``terms`` that it is the sum of.
+    """Predicted column at some ``rows`` of the file and the ``terms`` that it is the sum of.
+
+    ``value`` in the unit of the column, NaN inside the backlash; ``on_last_flank``, the same with the stage on the
+    flank touched last there, NaN without equilibrium; shape (rows,).
     """
 
     reducer: AsBuiltReducer
     measurement: Measurement
     rows: IntArray
     value: FloatArray
+    on_last_flank: FloatArray
     terms: tuple[Term, ...]
 
     @property
@@ -89,7 +96,13 @@ class CurvePrediction:
         where = np.full(int(np.max(self.rows, initial=0)) + 1, -1, dtype=np.intp)
         where[self.rows] = np.arange(self.rows.size)
         some = where[rows]
-        return replace(self, rows=rows, value=self.value[some], terms=tuple(term.at(some) for term in self.terms))
+        return replace(
+            self,
+            rows=rows,
+            value=self.value[some],
+            on_last_flank=self.on_last_flank[some],
+            terms=tuple(term.at(some) for term in self.terms),
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,8 +119,7 @@ class _UnsolvedTerm:
     unloaded: BoolArray
 
     def solved(self, sharing: LoadSharing, equivalent: EquivalentPoses) -> Term:
-        settled = sharing.settled[equivalent.representative] & ~self.unloaded
-        return Term(self.weight, sharing, equivalent, self.output_angle, self.through, self.twist, settled)
+        return Term(self.weight, sharing, equivalent, self.output_angle, self.through, self.twist, self.unloaded)
 
 
 def predict_curve(reducer: AsBuiltReducer, measurement: Measurement, rows: IntArray | None = None) -> CurvePrediction:
@@ -130,7 +142,7 @@ def predict_curves(
     """``predict_curve`` of several files, each at some of its rows, in one solve, for speed.
 
     ``near``, the same rows predicted for a slightly different reducer, halves the time; the result equals that of a
-    full search to a millionth of an arc second.
+    full search to a millionth of an arc second. Raises ``SolveError`` where most of these have no equilibrium.
     """
     by_file = [_terms(measurement.kind, reducer, measurement, rows) for measurement, rows in asked]
     unsolved = [term for terms in by_file for term in terms]
@@ -149,8 +161,10 @@ def predict_curves(
     found = []
     for (measurement, rows), own in zip(asked, by_file, strict=True):
         terms = tuple(next(settled) for _ in own)
-        value = sum(term.weight * term.angle(reducer) for term in terms) / measurement.kind.unit_size
-        found.append(CurvePrediction(reducer, measurement, rows, np.asarray(value), terms))
+        everywhere = np.asarray(sum(term.weight * term.angle(reducer) for term in terms) / measurement.kind.unit_size)
+        unloaded = np.any([term.unloaded for term in terms], axis=0)
+        value = np.where(unloaded, np.nan, everywhere)
+        found.append(CurvePrediction(reducer, measurement, rows, value, everywhere, terms))
     return found
 
 
@@ -182,9 +196,17 @@ def _loop_terms(
     path, twisted = loop_path(reducer, measurement)
     transmitted, twist = path[rows], twisted[rows]
     angle = np.full(rows.size, (measurement.number("output_angle_deg") or 0.0) * DEGREE)
-    least = LEAST_COMPARED_SHARE * abs(reducer.case.torque)
-    unloaded = np.abs(transmitted) < least
-    return [_UnsolvedTerm(1.0, angle, np.where(unloaded, least, transmitted), transmitted, twist, unloaded)]
+    peak = float(np.max(np.abs(measurement["torque_nm"]))) * NEWTON_METRE
+    least, unloaded = UNLOADED_SHARE * peak, np.abs(transmitted) < LEAST_COMPARED_SHARE * peak
+    solved = np.where(np.abs(transmitted) < least, least * _last_flank(path, measurement)[rows], transmitted)
+    return [_UnsolvedTerm(1.0, angle, solved, transmitted, twist, unloaded)]
+
+
+def _last_flank(transmitted: FloatArray, loop: Measurement) -> FloatArray:
+    """Sign (±1) of the torque that last pressed on a flank, shape (rows,)."""
+    touched = np.where(transmitted != 0.0, np.arange(transmitted.size), -1)
+    last = np.maximum.accumulate(touched)
+    return np.where(last < 0, preceding_sign(loop), np.sign(transmitted[last]))
 
 
 @_terms.register
@@ -217,13 +239,26 @@ def _equilibria(
     reducer: AsBuiltReducer, angle: FloatArray, torque: FloatArray, near: StagePositions | None
 ) -> LoadSharing:
     """The stage at angles of the output [rad] under torques [N·mm]."""
-    crank = -angle * reducer.case.drive.trochoid.lobes
-    if near is not None:
-        quick = StageEquilibrium(tolerance=_QUICK_TOLERANCE, deviations=reducer.deviations)
-        found = quick.at(reducer.case, crank, torque, near)
-        if found.converged:
-            return found
-    return StageEquilibrium(deviations=reducer.deviations).at(reducer.case, crank, torque)
+    crank, case = -angle * reducer.case.drive.trochoid.lobes, reducer.case
+    full = StageEquilibrium(deviations=reducer.deviations)
+    if near is None:
+        return full.at(case, crank, torque)
+    quick = StageEquilibrium(tolerance=_QUICK_TOLERANCE, deviations=reducer.deviations)
+    if crank.size > 2 * _PROBES:
+        probes = np.linspace(0, crank.size - 1, _PROBES).astype(np.intp)
+        _give_up_without_most(quick.at(case, crank[probes], torque[probes], near.poses(probes)))
+    found = quick.at(case, crank, torque, near)
+    if found.converged:
+        return found
+    _give_up_without_most(found)
+    left = np.flatnonzero(~found.settled)
+    both = joined([_at_poses(found, np.flatnonzero(found.settled)), full.at(case, crank[left], torque[left])])
+    return _at_poses(both, np.argsort(np.concatenate([np.flatnonzero(found.settled), left])))
+
+
+def _give_up_without_most(found: LoadSharing) -> None:
+    if np.count_nonzero(found.settled) < 0.5 * found.settled.size:
+        raise SolveError("reducer", found.status.value, "in most poses", "make the effects smaller", " ")
 
 
 def _starting_configuration(near: Sequence[CurvePrediction], rows: Sequence[IntArray]) -> StagePositions:

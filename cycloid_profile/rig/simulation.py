@@ -32,7 +32,9 @@ from cycloid_profile.rig.hysteresis import LOST_MOTION_SHARE, POINTS, evaluate_l
 from cycloid_profile.units import ARCMIN, DEGREE, NEWTON_METRE
 
 # Fewest rows of a curve, and points of a scan on a lobe, four on each flank.
-_LEAST_POINTS, _LEAST_POINTS_PER_LOBE = 4, 8
+_LEAST_POINTS, LEAST_POINTS_PER_LOBE = 4, 8
+# Largest number of rows, and of rows times pins of a curve, each of which is an equilibrium: 2 GB of memory.
+_MOST_POINTS, _MOST_CONTACTS = 1_000_000, 5_000_000
 _SCAN_POINTS = 5000  # 128 a lobe of 39, as of a scanning probe
 
 
@@ -52,10 +54,15 @@ class Settings:
     seed: int = 0
 
     def __post_init__(self) -> None:
+        for what, value in (("torque", self.torque), ("output angle", self.output_angle)):
+            if value is not None and not math.isfinite(value):
+                raise MeasurementError(what, value, "is no finite number", f"give a finite {what}")
         if not 0.0 <= self.noise < np.inf:
             raise MeasurementError("noise", self.noise, "is no finite number from 0 on", "give a standard deviation")
         if self.points is not None and self.points < _LEAST_POINTS:
             raise MeasurementError("points", self.points, f"are fewer than {_LEAST_POINTS}", "measure more points")
+        if self.points is not None and self.points > _MOST_POINTS:
+            raise MeasurementError("points", self.points, f"are more than {_MOST_POINTS:,}", "measure fewer points")
         if self.seed < 0:
             raise MeasurementError("seed", self.seed, "is negative", "give a whole number from 0 on")
 
@@ -72,6 +79,10 @@ def simulate(reducer: AsBuiltReducer, kind: MeasurementKind | str, settings: Set
     """
     wanted = Settings() if settings is None else settings
     kind = kind_named(kind) if isinstance(kind, str) else kind
+    most = _MOST_CONTACTS // reducer.case.drive.trochoid.pins
+    if kind.is_curve and wanted.points is not None and wanted.points > most:
+        limit = f"are more than {most:,}, the limit for {reducer.case.drive.trochoid.pins} pins"
+        raise MeasurementError("points", wanted.points, limit, "measure fewer points")
     columns, keys = _readings(kind, reducer, wanted)
     lost = np.count_nonzero(~np.isfinite(np.stack(columns)))
     if lost:
@@ -94,8 +105,8 @@ def profile_scan(
     tooth = reducer.teeth[disc]
     lobes = tooth.trochoid.lobes
     per_lobe = math.ceil(points / lobes)
-    if per_lobe < _LEAST_POINTS_PER_LOBE:
-        least = _LEAST_POINTS_PER_LOBE
+    if per_lobe < LEAST_POINTS_PER_LOBE:
+        least = LEAST_POINTS_PER_LOBE
         raise LoadError("points", points, f"are fewer than {least} on a lobe", f"give at least {least * lobes}")
     return np.asarray(sample(tooth, EqualArc(per_lobe)).position * np.exp(1j * turned))
 

@@ -22,6 +22,7 @@ from cycloid_profile.measurement import (
     parse_measurement,
     read_measurement,
 )
+from cycloid_profile.measurement._strict import finite_number
 
 RV40E = Path(__file__).parents[2] / "examples" / "rv40e.toml"
 NEEDED = {"transmission_error": {"torque_nm": "412"}, "lost_motion_map": {"torque_nm": "12.36"}}
@@ -156,6 +157,15 @@ REFUSED = {
     "decimal commas": (GOOD.replace("0.0,0.6", "0,0,0,6"), "line 8", "numbers"),
     "one column": (GOOD.replace("0.0,0.6", "0.0"), "line 8", "numbers"),
     "an empty cell": (GOOD.replace("0.0,0.6", "0.0,"), "line 8", "numbers"),
+    "an underscore among digits": (GOOD.replace("412.0,1.5", "4_12.0,1.5"), "line 7", "numbers"),
+    "full-width digits": (GOOD.replace("0.0,0.6", "0.0,０.６"), "line 8", "numbers"),
+    "hexadecimal": (GOOD.replace("0.0,0.6", "0.0,0x6"), "line 8", "numbers"),
+    "an error value first": (GOOD.replace("0.0,0.6", "#DIV/0!,0.6"), "line 8", "numbers"),
+    "a row of error values": (GOOD.replace("0.0,0.6", "#N/A,#N/A"), "line 8", "numbers"),
+    "a German error value": (GOOD.replace("0.0,0.6", "#NV"), "line 8", "numbers"),
+    "a column too narrow": (GOOD.replace("0.0,0.6", "#####,0.6"), "line 8", "numbers"),
+    "a key twice": (GOOD.replace("# input", "# output_angle_deg: 7.0\n# input"), "line 4", "keep one"),
+    "a number of a key with an underscore": (GOOD.replace("5.0", "5_0"), "output_angle_deg", "without its unit"),
     "header twice": (GOOD.replace("0.0,0.6", "torque_nm,angle_arcmin"), "line 8", "numbers"),
     "one row": ("\n".join(GOOD.splitlines()[:6]) + "\n", "rows", "at least two"),
     "no row": ("\n".join(GOOD.splitlines()[:5]) + "\n", "rows", "at least two"),
@@ -171,6 +181,36 @@ def test_a_faulty_file_is_refused_with_place_and_remedy(fault):
     assert error.what == f"loop.csv: {place}"
     assert remedy in error.remedy
     assert error.exit_code == 2
+
+
+def test_all_faults_of_a_file_are_in_one_sentence():
+    text = GOOD.replace("5.0", "5°").replace("0.0,0.6", "0.0,").replace("0.0,-0.1", "#N/A,-0.1")
+    with pytest.raises(MeasurementError) as refused:
+        parse_measurement(text, "loop.csv")
+    sentence = str(refused.value)
+    assert "\n" not in sentence
+    for part in ("loop.csv: output_angle_deg = '5°'", "line 8 = '0.0,'", "line 10 = '#N/A,-0.1'"):
+        assert part in sentence
+
+
+def test_many_faults_are_counted():
+    rows = "\n".join(f"{n}.0,broken" for n in range(30))
+    with pytest.raises(MeasurementError, match=r"line 6 = .*line 13 = .* and 22 more"):
+        parse_measurement(GOOD.split("0.0,0.0")[0] + rows, "loop.csv")
+
+
+@given(st.text(max_size=12) | st.floats().map(repr) | st.integers().map("{:_}".format))
+def test_only_plain_decimal_numbers_are_numbers(text):
+    value = finite_number(text)
+    if value is not None:
+        assert value == float(text)
+        assert set(text.strip()) <= set("0123456789.+-eE")
+
+
+@pytest.mark.parametrize("comment", ["# paused, then resumed", "#paused", "#", "######", "#END", "# #N/A"])
+def test_comments_between_rows_stay_comments(comment):
+    read = parse_measurement(GOOD.replace("0.0,0.6", f"{comment}\n0.0,0.6"))
+    assert read.rows == 6
 
 
 @pytest.mark.parametrize("fault", ["wrong header", "unknown kind", "no torque", "not a number", "one row"])

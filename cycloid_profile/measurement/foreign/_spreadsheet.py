@@ -1,0 +1,64 @@
+"""Spreadsheets: .xlsx by openpyxl, an extra; older and other ones are refused with the way out."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+from cycloid_profile.errors import MeasurementError
+from cycloid_profile.measurement.foreign.table import SourceTable, read_table
+
+_ZIP, _OLE = b"PK\x03\x04", b"\xd0\xcf\x11\xe0"
+
+
+@dataclass(frozen=True)
+class SpreadsheetReader:
+    """The first sheet of a workbook that holds a table."""
+
+    name: str = "xlsx"
+
+    def recognises(self, data: bytes) -> bool:
+        """See ``MeasurementReader.recognises``."""
+        return data.startswith((_ZIP, _OLE))
+
+    def read(self, data: bytes, name: str) -> SourceTable:
+        """See ``MeasurementReader.read``."""
+        if b"xl/workbook" not in data:
+            remedy = "save it as .xlsx or .csv"
+            raise MeasurementError(name, "the file", "is no .xlsx workbook", remedy, ": ")
+        try:
+            from openpyxl import load_workbook
+        except ImportError:
+            remedy = "pip install 'cycloid-profile[excel]', or save the sheet as .csv"
+            raise MeasurementError(name, "the file", "needs openpyxl to be read", remedy, ": ") from None
+        try:
+            book = load_workbook(io.BytesIO(data), read_only=True, data_only=True)
+            sheets = [(sheet.title, _text(sheet.iter_rows(values_only=True))) for sheet in book.worksheets]
+        except Exception as error:  # a damaged archive raises whatever its parts raise
+            reason = type(error).__name__
+            raise MeasurementError(name, "the workbook", f"is damaged ({reason})", "save it again", ": ") from None
+        fault: MeasurementError | None = None
+        for title, text in sheets:
+            try:
+                table = read_table(text, name, {"delimiter": "\t"})
+            except MeasurementError as error:
+                fault = fault or error
+                continue
+            others = f", {len(sheets) - 1} other sheets not read" if len(sheets) > 1 else ""
+            return replace(table, layout=f"sheet '{title}' of a workbook{others}", place="row")
+        raise fault or MeasurementError(name, "the workbook", "has no sheets", "save one sheet", ": ")
+
+
+def _text(rows: Iterable[tuple[Any, ...]]) -> str:
+    """The sheet as lines with tabs, an empty line for an empty row, so that lines count as rows do."""
+    return "\n".join("\t".join(_cell(value) for value in row) for row in rows)
+
+
+def _cell(value: Any) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, float):
+        return repr(value)
+    return " ".join(str(value).split())
