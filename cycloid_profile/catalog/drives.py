@@ -18,12 +18,22 @@ def catalog_names() -> tuple[str, ...]:
 
 
 def catalog_text(name: str) -> str:
-    """The TOML text of a drive. Raises ``SpecError`` with the nearest name for an unknown one."""
+    """The TOML text of a drive; the beginning of its name is enough. Raises ``SpecError`` with the nearest name."""
+    known = _full_name(name)
+    return resources.files("cycloid_profile.catalog").joinpath(f"{known}{_SUFFIX}").read_text(encoding="utf-8")
+
+
+def _full_name(name: str) -> str:
+    """The drive of this name, or the only one whose name begins with it, whatever its capitals and hyphens."""
     names = catalog_names()
-    if name not in names:
-        remedy = did_you_mean(name.lower(), names, f"known are {', '.join(names)}")
-        raise SpecError("drive", f"'{name}'", "is not in the catalogue", remedy, " ")
-    return resources.files("cycloid_profile.catalog").joinpath(f"{name}{_SUFFIX}").read_text(encoding="utf-8")
+    wanted = name.lower().replace("-", "")
+    found = [each for each in names if each == wanted] or [each for each in names if wanted and each.startswith(wanted)]
+    if len(found) == 1:
+        return found[0]
+    remedy = did_you_mean(wanted, names, f"known are {', '.join(names)}")
+    if found:
+        remedy = f"choose from {', '.join(found)}"
+    raise SpecError("drive", f"'{name}'", "is not in the catalogue", remedy, " ")
 
 
 def catalog_drive(name: str) -> Spec:

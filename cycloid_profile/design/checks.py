@@ -12,9 +12,10 @@ import numpy as np
 from cycloid_profile._display import figure_text
 from cycloid_profile.contact import LoadSharing
 from cycloid_profile.contact.mesh import OVERLAP_TOLERANCE, Backlash
-from cycloid_profile.design.from_spec import flank_relief, pin_relief
+from cycloid_profile.design.from_spec import flank_relief, output_sizes, pin_relief
 from cycloid_profile.design.strength import Strength
 from cycloid_profile.geometry import Drive, ToothProfile, modification_sizes, undercut_limit
+from cycloid_profile.spec.model import Spec
 from cycloid_profile.units import ARCMIN, DEGREE, UM
 
 THIN_WEB = 1.0  # mm; a thinner one distorts in hardening
@@ -114,6 +115,23 @@ def shape_checks(drive: Drive, profile: ToothProfile, backlash: Backlash, wall: 
             f"{thickness:.3f} mm",
             f"at least {THIN_WEB:g} mm",
             "make the holes smaller",
+        ),
+    )
+
+
+def output_hole_checks(spec: Spec) -> tuple[Check, ...]:
+    """Check of the clearance left between output holes and rollers; nothing without output holes."""
+    sizes, holes = output_sizes(spec), spec.disc.output_holes
+    if sizes is None or holes is None:
+        return ()
+    clearance = (sizes[0] - sizes[1] - spec.drive.eccentricity_mm) / UM
+    return (
+        Check(
+            "clearance of the output rollers",
+            clearance >= holes.clearance_um - 1e-6,
+            f"{clearance:z.3f} µm",
+            f"at least {holes.clearance_um:g} µm",
+            "the rollers would bind, make the holes larger or the rollers smaller",
         ),
     )
 

@@ -352,7 +352,7 @@ def disc_outline(spec: Spec, drive: Drive, profile: ToothProfile) -> DiscOutline
     else:
         bore = spec.disc.bore_radius_mm or 0.3 * bare.root_radius
     with _key_names():
-        return DiscOutline(profile, (*_bore(spec.disc, bore), *cranks, *_output_openings(spec.disc)))
+        return DiscOutline(profile, (*_bore(spec.disc, bore), *cranks, *_output_openings(spec)))
 
 
 def _bore(disc: DiscSpec, radius: float) -> tuple[Contour, ...]:
@@ -365,11 +365,34 @@ def _bore(disc: DiscSpec, radius: float) -> tuple[Contour, ...]:
     return (keyed_bore("bore", radius, key.count, key.width_mm, key.depth_mm, key.corner_radius_mm, first_at),)
 
 
-def _output_openings(disc: DiscSpec) -> tuple[Contour, ...]:
+def output_sizes(spec: Spec) -> tuple[float, float] | None:
+    """Radii of an output hole and of the roller or pin in it [mm]: hole = roller + eccentricity + clearance.
+
+    The spec gives one of them, or both. None without output holes. Raises ``SpecError`` where neither is given, or
+    the hole leaves no room for a pin.
+    """
+    holes, a = spec.disc.output_holes, spec.drive.eccentricity_mm
+    if holes is None:
+        return None
+    between = a + holes.clearance_um * UM
+    if holes.radius_mm is None:
+        if holes.roller_radius_mm is None:
+            remedy = "give disc.output_holes.radius_mm or roller_radius_mm"
+            raise SpecError("disc.output_holes", "without radius_mm", "has no roller_radius_mm either", remedy, " ")
+        return holes.roller_radius_mm + between, holes.roller_radius_mm
+    roller = holes.radius_mm - between if holes.roller_radius_mm is None else holes.roller_radius_mm
+    if roller <= 0.0:
+        limit = f"is not above eccentricity and clearance, {between:.4g} mm"
+        raise SpecError("disc.output_holes.radius_mm", f"{holes.radius_mm:g}", limit, "make the holes larger")
+    return holes.radius_mm, roller
+
+
+def _output_openings(spec: Spec) -> tuple[Contour, ...]:
+    disc, sizes = spec.disc, output_sizes(spec)
     holes, windows = disc.output_holes, disc.windows
     found: tuple[Contour, ...] = ()
-    if holes is not None:
-        found = ring_of_holes("output hole", holes.count, holes.circle_radius_mm, holes.radius_mm)
+    if holes is not None and sizes is not None:
+        found = ring_of_holes("output hole", holes.count, holes.circle_radius_mm, sizes[0])
     if windows is not None:
         first_at = 180.0 / windows.count if windows.first_at_deg is None else windows.first_at_deg
         radii = (windows.inner_radius_mm, windows.outer_radius_mm)

@@ -9,6 +9,7 @@ import numpy as np
 from cycloid_profile._display import finite
 from cycloid_profile.contact import LoadSharing, LossRange, first_order_backlash, sliding_speed
 from cycloid_profile.design.checks import strength_checks
+from cycloid_profile.design.discs_as_parts import disc_parts_sentence
 from cycloid_profile.design.from_spec import output_speed
 from cycloid_profile.design.record import DesignRecord
 from cycloid_profile.design.strength import bearing_stiffness
@@ -71,6 +72,7 @@ def summary(record: DesignRecord) -> dict[str, Any]:
         **({"empirical": [one.name for one in spec.empirical]} if spec.empirical else {}),
         "as_built": None if record.as_built is None else record.as_built.figures(),
         "failures": list(record.failures),
+        "disc_parts": disc_parts_sentence(record),
         **({"supports": _supports(record.under_load)} if record.case.supports else {}),
     }
 

@@ -13,7 +13,14 @@ from cycloid_profile.compensation import Compensation
 from cycloid_profile.contact import LoadCase, LoadSharing, Losses, LossRange, SolveStatus, loss_range
 from cycloid_profile.contact.disc import Classical, Equilibrium
 from cycloid_profile.contact.stage import StageEquilibrium
-from cycloid_profile.design.checks import Check, CheckStatus, load_checks, shape_checks, strength_checks
+from cycloid_profile.design.checks import (
+    Check,
+    CheckStatus,
+    load_checks,
+    output_hole_checks,
+    shape_checks,
+    strength_checks,
+)
 from cycloid_profile.design.drive_accuracy import ACCURACY, Accuracy, AsBuiltAccuracy, accuracy, accuracy_as_built
 from cycloid_profile.design.from_spec import (
     compensation_of,
@@ -39,7 +46,8 @@ class DesignRecord(Described):
     ``compensation`` is None if not requested or if refused; ``refusal`` then holds the reason.
     ``classical`` and ``equilibrium`` share the load on one disc of the conventional tooth. ``under_load`` is the
     whole stage with the final tooth, at rated torque over one turn of the crank. All of these have nominal parts.
-    ``as_built`` is the reducer with the effects of the spec, None without any.
+    ``as_built`` is the reducer with the effects of the spec, None without any. ``outline`` is that of ``disc``, counted
+    from 1, with its openings turned by ``openings_turn`` against its teeth, compared with disc 1 [rad].
     """
 
     spec: Spec
@@ -59,6 +67,8 @@ class DesignRecord(Described):
     as_built: AsBuiltAccuracy | None
     outline: DiscOutline
     checks: tuple[Check, ...]
+    disc: int = 1
+    openings_turn: float = 0.0
 
     @property
     def losses(self) -> Losses:
@@ -123,10 +133,10 @@ def design_disc(spec: Spec) -> DesignRecord:
     """
     drive = drive_of(spec)
     case = load_case(spec, drive, conventional_profile(spec, drive))
+    before = accuracy(case)
     compensation, refusal = compensation_of(spec, case)
     conventional = case.profile
     profile = conventional if compensation is None else compensation.profile
-    before = accuracy(case)
     after = before if compensation is None else accuracy(replace(case, profile=profile))
     outline = disc_outline(spec, drive, profile)
     under_load = StageEquilibrium().at(replace(case, profile=profile), _crank_angles(drive))
@@ -153,6 +163,7 @@ def design_disc(spec: Spec) -> DesignRecord:
         outline=outline,
         checks=(
             *shape_checks(drive, profile, after.backlash, thinnest_wall(outline)),
+            *output_hole_checks(spec),
             *load_checks(under_load),
             *strength_checks(found),
         ),

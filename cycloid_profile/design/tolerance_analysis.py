@@ -51,6 +51,7 @@ BACKLASH = "backlash_arcmin"
 LEAST_BACKLASH = "least_backlash_arcmin"
 PERCENTS = (50.0, 95.0, 99.0, 99.73)
 # Reducers of one chunk, where each has to be loaded.
+_LEAST_LOADED = 8  # reducers; a deviation and its jackknife error exist from three on
 _CHUNK_LOADED = 256
 # Reducers of a comparison of two designs: the ratio of standard deviations is accurate to 1 %.
 _COMPARED_BACKLASH, _COMPARED_LOADED = 16_384, 512
@@ -215,6 +216,11 @@ def tolerance_record(
     ToleranceError
         If the folder cannot be written to, or the workers cannot compute.
     """
+    if 0 < spec.tolerance.loaded_samples < _LEAST_LOADED:
+        limit = f"reducers have no statistics, which need {_LEAST_LOADED}"
+        raise SpecError("tolerance.loaded_samples", spec.tolerance.loaded_samples, limit, "give 0, or more of them")
+    if allocated and not spec_limits(spec):
+        raise SpecError("tolerance.limits", "none", "leave nothing to reach", "give at least one limit", " ")
     progress("building the reducer")
     reducer = as_built_reducer(spec)
     tolerances, limits, t = spec_tolerances(spec, reducer), spec_limits(spec), spec.tolerance
@@ -275,8 +281,6 @@ def tightening_advice(
 
 
 def _allocated(spec: Spec, study: Study, limits: tuple[Limit, ...], progress: Progress) -> Allocation:
-    if not limits:
-        raise SpecError("tolerance.limits", "none", "leave nothing to reach", "give at least one limit", " ")
     quantities = tuple(limit.quantity for limit in limits)
     quantity_model = QuantityModel(study.reducer, study.changes, quantities)
     # Computed once here, before the threads share it.

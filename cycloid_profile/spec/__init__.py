@@ -8,4 +8,4 @@ from cycloid_profile.spec.io import read_spec as read_spec
 from cycloid_profile.spec.io import spec_schema as spec_schema
 from cycloid_profile.spec.model import Quality as Quality
 from cycloid_profile.spec.model import Spec as Spec
-from cycloid_profile.spec.model._validation import validated as validated
+from cycloid_profile.spec.model.checks._validation import validated as validated

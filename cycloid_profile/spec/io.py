@@ -12,9 +12,11 @@ import msgspec
 
 from cycloid_profile.errors import SpecError
 from cycloid_profile.spec.model import Spec
-from cycloid_profile.spec.model._validation import choices_in, meta_in, tables_in, validated
+from cycloid_profile.spec.model.checks._suggestions import tables_in
+from cycloid_profile.spec.model.checks._validation import alternatives_of, choices_in, meta_in, validated
 
 SCHEMA_FILE = "cycloid-profile.schema.json"
+_LARGEST = 20_000_000  # bytes of a spec file; one with a measured curve of 100 000 points has 5 million
 _BOUNDS = (("gt", ">"), ("ge", "≥"), ("lt", "<"), ("le", "≤"))
 
 
@@ -28,6 +30,12 @@ def read_spec(path: str | Path) -> Spec:
     """
     file = Path(path)
     try:
+        # A device may never end, and a pipe that nobody writes to never begins.
+        if file.exists() and not (file.is_file() or file.is_dir()):
+            raise SpecError("spec file", f"'{file}'", "is no plain file", "give a TOML text file", " ")
+        if file.stat().st_size > _LARGEST:
+            limit = f"is larger than {_LARGEST / 1e6:g} MB"
+            raise SpecError("spec file", f"'{file}'", limit, "give a TOML text file, see docs/spec.md", " ")
         text = file.read_text(encoding="utf-8-sig")
     except FileNotFoundError:
         remedy = "check the path, or see 'cycloid-profile catalog' for drives"
@@ -36,21 +44,22 @@ def read_spec(path: str | Path) -> Spec:
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
         raise SpecError("spec file", f"'{file}'", f"cannot be read ({reason})", "give a TOML text file", " ") from None
     spec = parse_spec(text, name=str(file))
-    body = spec.load.disc_body_file
-    if body is not None and not Path(body).is_absolute():
-        spec = spec.replace("load.disc_body_file", str(file.parent / body))
-    return spec
+    beside = {"load.disc_body_file": spec.load.disc_body_file, "export.machine": spec.export.machine}
+    relative = {key: name for key, name in beside.items() if name is not None and not Path(name).is_absolute()}
+    return spec.replace({key: str(file.parent / name) for key, name in relative.items()}) if relative else spec
 
 
 def parse_spec(text: str, name: str = "spec") -> Spec:
     """Parse the text of a spec file; ``name`` is used in messages. Raises ``SpecError`` as ``read_spec``."""
     try:
-        raw = tomllib.loads(text)
+        spec: Spec = validated(tomllib.loads(text), Spec)
     except tomllib.TOMLDecodeError as error:
         raise SpecError("spec file", f"'{name}'", f"is not valid TOML ({error})", "correct that line", " ") from None
     except RecursionError:
         raise SpecError("spec file", f"'{name}'", "nests tables too deeply", "see docs/spec.md", " ") from None
-    spec: Spec = validated(raw, Spec)
+    except ValueError:
+        limit = "holds a whole number of more than 4300 digits"
+        raise SpecError("spec file", f"'{name}'", limit, "correct that number", " ") from None
     return spec
 
 
@@ -64,14 +73,34 @@ def format_spec(spec: Spec, schema: str = SCHEMA_FILE) -> str:
 def spec_schema() -> str:
     """The JSON Schema of the spec file as text, the same bytes for the same model."""
     schema = msgspec.json.schema(Spec)
+    for table in _tables_below(Spec):
+        _add_alternatives(schema["$defs"][table.__name__], table)
     schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
     schema["title"] = "cycloid_profile spec file"
     return json.dumps(schema, indent=1, ensure_ascii=False) + "\n"
 
 
-def key_reference() -> str:
-    """One Markdown table for every table of the spec file, in the order of the model."""
-    return "\n".join(_sections(Spec, "", repeated=False))
+def _tables_below(table: type[msgspec.Struct]) -> set[type[msgspec.Struct]]:
+    inner = {each for field in msgspec.structs.fields(table) for each in tables_in(field.type)}
+    return {table}.union(*map(_tables_below, inner))
+
+
+def _add_alternatives(schema: dict[str, Any], table: type[msgspec.Struct]) -> None:
+    """Keys that stand for others, in the JSON Schema of a table: exactly one of a required pair, at most one else."""
+    for one in alternatives_of(table):
+        schema["properties"][one.name] = msgspec.json.schema(one.annotation)
+        either: list[dict[str, Any]] = [{"required": [one.replaces]}, {"required": [one.name]}]
+        if one.replaces in schema["required"]:
+            schema["required"].remove(one.replaces)
+            rule: dict[str, Any] = {"oneOf": either}
+        else:
+            rule = {"not": {"required": [one.replaces, one.name]}}
+        schema.setdefault("allOf", []).append(rule)
+
+
+def key_reference(table: type[msgspec.Struct] = Spec) -> str:
+    """One Markdown table for every table of the spec file, or of a machine file, in the order of the model."""
+    return "\n".join(_sections(table, "", repeated=False))
 
 
 def _sections(table: type[msgspec.Struct], path: str, repeated: bool) -> list[str]:
@@ -83,27 +112,29 @@ def _sections(table: type[msgspec.Struct], path: str, repeated: bool) -> list[st
         if tables:
             inner += _sections(tables[0], f"{path}.{field.name}".lstrip("."), typing.get_origin(field.type) is tuple)
         else:
-            rows.append(_row(field))
+            rows.append(_row(field.name, field.type, _default(field, table)))
+    rows += [_row(one.name, one.annotation, f"in place of `{one.replaces}`") for one in alternatives_of(table)]
     head = [f"### {title}", "", str(table.__doc__), ""]
     if rows:
         head += ["| key | default | limits | meaning |", "|---|---|---|---|", *rows, ""]
     return head + inner
 
 
-def _row(field: msgspec.structs.FieldInfo) -> str:
-    meta = meta_in(field.type)
+def _row(name: str, annotation: Any, default: str) -> str:
+    meta = meta_in(annotation)
     limits = ", ".join(
         f"{sign} {getattr(meta, name):g}" for name, sign in _BOUNDS if getattr(meta, name, None) is not None
     )
-    choices = choices_in(field.type)
+    choices = choices_in(annotation)
     meaning = [meta.description] if meta is not None and meta.description else []
     if choices:
         meaning.append("One of " + ", ".join(f"`{choice}`" for choice in choices) + ".")
-    return f"| `{field.name}` | {_default(field)} | {limits} | {' '.join(meaning)} |"
+    return f"| `{name}` | {default} | {limits} | {' '.join(meaning)} |"
 
 
-def _default(field: msgspec.structs.FieldInfo) -> str:
+def _default(field: msgspec.structs.FieldInfo, table: type[msgspec.Struct]) -> str:
     default: Any = field.default
     if default is msgspec.NODEFAULT:
-        return "**required**"
+        others = [f"`{one.name}`" for one in alternatives_of(table) if one.replaces == field.name]
+        return " or ".join(["**required**", *others])
     return "–" if default is None or default in ("", ()) else f"`{json.dumps(default)}`"

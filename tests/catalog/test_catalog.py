@@ -41,7 +41,7 @@ def test_ratios_of_the_makers_catalogue() -> None:
 
 def test_an_unknown_drive_is_refused_with_the_nearest_name() -> None:
     with pytest.raises(SpecError, match=r"did you mean rv40e\?"):
-        catalog_drive("RV40")
+        catalog_drive("RV4O")
     with pytest.raises(SpecError, match="known are printed_11"):
         catalog_drive("###")
 
@@ -52,3 +52,13 @@ def test_one_disc_carries_all_and_two_the_published_share(discs: int, share: flo
     spec = msgspec.structs.replace(spec, drive=msgspec.structs.replace(spec.drive, discs=discs))
     drive = drive_of(spec)
     assert load_case(spec, drive, drive.theoretical_profile).disc_share == pytest.approx(share)
+
+
+@pytest.mark.parametrize(("name", "full"), [("rv20e", "rv20e_like"), ("RV-40E", "rv40e"), ("printed", "printed_11")])
+def test_the_beginning_of_a_name_is_enough(name: str, full: str) -> None:
+    assert catalog_text(name) == catalog_text(full)
+
+
+def test_a_beginning_of_several_names_lists_them() -> None:
+    with pytest.raises(SpecError, match=r"choose from rv20e_like, rv40e, rv80e"):
+        catalog_text("rv")

@@ -183,3 +183,86 @@ def test_a_byte_order_mark_and_windows_line_ends_are_read(tmp_path: Path) -> Non
 def test_a_bottomless_file_is_refused() -> None:
     with pytest.raises(SpecError, match="nests tables too deeply"):
         parse_spec("a = " + 100_000 * "[")
+
+
+def test_a_machine_file_is_found_next_to_the_spec(tmp_path: Path) -> None:
+    spec = tmp_path / "spec.toml"
+    text = (ROOT / "examples" / "rv40e.toml").read_text(encoding="utf-8")
+    spec.write_text(text.replace("[export]\n", '[export]\nmachine = "my.toml"\n'), encoding="utf-8")
+    assert read_spec(spec).export.machine == str(tmp_path / "my.toml")
+
+
+def test_every_fault_of_a_file_is_told_at_once() -> None:
+    wrong = (
+        TEXT.replace("pins = 40", "pinz = 40")
+        .replace("discs = 2", "discs = 22")
+        .replace("rated_torque_nm = 412.0", "rated_torque_nm = -1")
+    )
+    with pytest.raises(SpecError) as caught:
+        parse_spec(wrong + "[[effects]]\nname = 'disk_runout'\n")
+    assert [fault.what for fault in caught.value.faults] == [
+        "drive.pinz", "drive.discs", "load.rated_torque_nm", "effects[1].name",
+    ]  # fmt: skip
+    assert caught.value.sentences == tuple(map(str, caught.value.faults))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("pin_radius_mm = 3.0", "pin_diameter = 6.0", "write pin_radius_mm = 3"),
+        ("pin_radius_mm = 3.0", "pin_diameter_um = 6000", "write pin_radius_mm = 3"),
+        ("pin_radius_mm = 3.0", "pin_dia = 6", "write pin_radius_mm = 3"),
+        ("pin_circle_radius_mm = 64.0", "pitch_diameter_mm = 128", "write pin_circle_radius_mm = 64"),
+        ("pin_circle_radius_mm = 64.0", "pin_circ = 64", "did you mean drive.pin_circle_radius_mm?"),
+        ("eccentricity_mm = 1.3", "eccentricity = 1.3", "write eccentricity_mm = 1.3"),
+        ("disc_width_mm = 11.5", "thickness_mm = 11.5", "write disc_width_mm = 11.5"),
+        ("pins = 40", "lobes = 39", "write pins = 40"),
+        ("discs = 2", "discs = 2\ntorque = 412", "write load.rated_torque_nm = 412"),
+        ("poisson_ratio = 0.3\n\n[load]", "nu = 0.3\n\n[load]", "write poisson_ratio = 0.3"),
+    ],
+)
+def test_words_that_users_have_are_understood(old: str, new: str, says: str) -> None:
+    error = refusal(old, new)
+    assert says in str(error)
+    assert not error.faults, "the key that is meant is not missing as well"
+
+
+def test_ratio_pin_diameter_and_material_stand_for_the_keys_of_the_spec() -> None:
+    text = SHORT.replace("pins = 11", "ratio = 10").replace("pin_radius_mm = 3.0", "pin_diameter_mm = 6.0")
+    disc = "[materials.disc]\n"
+    spec = parse_spec(f'{text}{disc}material = "pla"\n')
+    material = disc + 'youngs_modulus_gpa = 3.0\npoisson_ratio = 0.36\nname = "PLA"\n'
+    assert spec == parse_spec(SHORT + material)
+    assert parse_spec(format_spec(spec)) == spec
+    assert parse_spec(f'{text}{disc}material = "PLA"\npoisson_ratio = 0.3\n').materials.disc.poisson_ratio == 0.3
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "what", "says"),
+    [
+        ("pins = 11", "pins = 11\nratio = 10", "drive.ratio", "is given next to drive.pins = 11: give one of the two"),
+        ("pins = 11", "ratio = 1", "drive.ratio", "must be >= 2"),
+        ("pin_radius_mm = 3.0", "pin_diameter_mm = 'x'", "drive.pin_diameter_mm", "must be of type float"),
+        ("discs = 2", "discs = 2\n[materials.pin]\nmaterial = 'PLE'", "materials.pin.material", "did you mean pla"),
+        ("discs = 2", "discs = 2\n[materials.pin]\nmaterial = 'PLA'\nyoungs_modulus_gpa = 3", "materials.pin.material",
+         "give one of the two"),
+    ],
+)  # fmt: skip
+def test_a_wrong_second_form_is_one_fault(old: str, new: str, what: str, says: str) -> None:
+    with pytest.raises(SpecError) as caught:
+        parse_spec(SHORT.replace(old, new))
+    assert caught.value.what == what
+    assert says in str(caught.value)
+    assert not caught.value.faults
+
+
+def test_the_schema_takes_exactly_one_of_each_pair() -> None:
+    validator = jsonschema.Draft202012Validator(json.loads(spec_schema()))
+    drive = tomllib.loads(SHORT)["drive"]
+    without = {key: value for key, value in drive.items() if key != "pins"}
+    assert validator.is_valid({"drive": {**without, "ratio": 10}})
+    assert not validator.is_valid({"drive": without})
+    assert not validator.is_valid({"drive": {**drive, "ratio": 10}})
+    disc = {"material": "PLA"}
+    assert validator.is_valid({"drive": drive, "materials": {"disc": disc}})
+    assert not validator.is_valid({"drive": drive, "materials": {"disc": {**disc, "youngs_modulus_gpa": 3.0}}})

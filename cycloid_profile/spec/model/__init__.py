@@ -1,6 +1,6 @@
 """Tables of the spec file: every key with its unit, default, limits and remedy."""
 
-from cycloid_profile.spec.model._table import Table as Table
+from cycloid_profile.spec.model.checks._table import Table as Table
 from cycloid_profile.spec.model.drive import CranksSpec as CranksSpec
 from cycloid_profile.spec.model.drive import DiscSpec as DiscSpec
 from cycloid_profile.spec.model.drive import DriveSpec as DriveSpec
@@ -12,6 +12,7 @@ from cycloid_profile.spec.model.effects import EmpiricalSpec as EmpiricalSpec
 from cycloid_profile.spec.model.effects import installed_effects as installed_effects
 from cycloid_profile.spec.model.effects import registered_names as registered_names
 from cycloid_profile.spec.model.effects import remedy_of_unknown_effect as remedy_of_unknown_effect
+from cycloid_profile.spec.model.export import Dialect as Dialect
 from cycloid_profile.spec.model.export import DrawingSpec as DrawingSpec
 from cycloid_profile.spec.model.export import ExportSpec as ExportSpec
 from cycloid_profile.spec.model.export import Format as Format
@@ -20,8 +21,17 @@ from cycloid_profile.spec.model.export import WireSpec as WireSpec
 from cycloid_profile.spec.model.load import LoadSpec as LoadSpec
 from cycloid_profile.spec.model.load import MaterialSpec as MaterialSpec
 from cycloid_profile.spec.model.load import MaterialsSpec as MaterialsSpec
+from cycloid_profile.spec.model.machine import BlocksSpec as BlocksSpec
+from cycloid_profile.spec.model.machine import MachineSpec as MachineSpec
+from cycloid_profile.spec.model.materials import MATERIALS as MATERIALS
+from cycloid_profile.spec.model.materials import NamedMaterial as NamedMaterial
+from cycloid_profile.spec.model.materials import material_table as material_table
+from cycloid_profile.spec.model.materials import named_material as named_material
+from cycloid_profile.spec.model.measurement import MeasurementSpec as MeasurementSpec
 from cycloid_profile.spec.model.modification import EFFECT_NAMES as EFFECT_NAMES
 from cycloid_profile.spec.model.modification import ModificationSpec as ModificationSpec
+from cycloid_profile.spec.model.points import FormWheelSpec as FormWheelSpec
+from cycloid_profile.spec.model.points import PointsSpec as PointsSpec
 from cycloid_profile.spec.model.spec import Quality as Quality
 from cycloid_profile.spec.model.spec import Spec as Spec
 from cycloid_profile.spec.model.tolerance import ReferenceSpec as ReferenceSpec

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from msgspec import Meta
 
-from cycloid_profile.spec.model._table import SIZE, Table, key, length, relief, relief_length, taper
+from cycloid_profile.spec.model.checks._table import SIZE, Table, key, length, relief, relief_length, taper
+from cycloid_profile.spec.model.checks._validation import Alternative
 
 
 def _stiffness_of(bearing: str) -> Meta:
@@ -284,9 +285,29 @@ class PinReliefSpec(Table, frozen=True):
     ] = 0.0
 
 
+_RATIO = key(
+    "Ratio of the cycloid stage with the housing fixed, the lobes of its disc; in place of `pins`, one more.",
+    "give 2 to 999, without the first stage",
+    ge=2,
+    le=999,
+)
+_PIN_DIAMETER = key(
+    "Diameter of a pin [mm]; in place of `pin_radius_mm`.",
+    "give a length above zero in mm",
+    ge=2 * SIZE["ge"],
+    le=2 * SIZE["le"],
+)
+
+
 class DriveSpec(Table, frozen=True):
     """Pins, disc and how the disc is held."""
 
+    alternatives: ClassVar[tuple[Alternative, ...]] = (
+        Alternative("ratio", Annotated[int, _RATIO], "pins", lambda ratio: {"pins": ratio + 1}),
+        Alternative(
+            "pin_diameter_mm", Annotated[float, _PIN_DIAMETER], "pin_radius_mm", lambda d: {"pin_radius_mm": 0.5 * d}
+        ),
+    )
     pins: Annotated[int, key("Number of pins z_p; the disc has one lobe less.", "give 3 to 1000 pins", ge=3, le=1000)]
     pin_circle_radius_mm: Annotated[float, length("Radius of the circle through the pin centres r_p [mm].")]
     pin_radius_mm: Annotated[float, length("Radius of a pin r_rp [mm].")]
@@ -304,11 +325,26 @@ class DriveSpec(Table, frozen=True):
 
 
 class HolesSpec(Table, frozen=True):
-    """A ring of equal holes through the disc, such as those of the output pins."""
+    """A ring of equal holes through the disc for output rollers or pins: radius = roller + eccentricity + clearance."""
 
     count: Annotated[int, key("Number of holes.", "give at least 1 hole", ge=1, le=100)]
     circle_radius_mm: Annotated[float, length("Pitch circle radius of the holes [mm].")]
-    radius_mm: Annotated[float, length("Radius of a hole [mm].")]
+    radius_mm: (
+        Annotated[float, length("Radius of a hole [mm]; absent: roller, eccentricity and clearance together.")] | None
+    ) = None
+    roller_radius_mm: (
+        Annotated[
+            float,
+            length("Radius of the roller or pin in a hole [mm]; absent: what hole, eccentricity, clearance leave."),
+        ]
+        | None
+    ) = None
+    clearance_um: Annotated[
+        float, key("Least radial clearance of roller and hole [µm].", "give a clearance in µm", ge=0, le=1e4)
+    ] = 0.0
+    pin_radius_mm: (
+        Annotated[float, length("Radius of the pin inside a roller [mm]; absent: plain pins without rollers.")] | None
+    ) = None
 
 
 class WindowsSpec(Table, frozen=True):

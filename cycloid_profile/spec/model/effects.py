@@ -7,7 +7,7 @@ from importlib.metadata import EntryPoint, entry_points
 from typing import Annotated, Literal
 
 from cycloid_profile.errors import did_you_mean
-from cycloid_profile.spec.model._table import Table, key
+from cycloid_profile.spec.model.checks._table import Table, key
 from cycloid_profile.spec.model.modification import EFFECT_NAMES
 
 # Installed packages list their effects under this group: the name of the effect, and the class that it is.

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from msgspec import Meta
 
-from cycloid_profile.spec.model._table import SIZE, Table, key
+from cycloid_profile.spec.model.checks._table import SIZE, Table, key
+from cycloid_profile.spec.model.points import FormWheelSpec, PointsSpec
 
 Dialect = Literal["linuxcnc", "fanuc", "siemens", "heidenhain"]
 Compensation = Literal["none", "G41", "G42"]
 Spacing = Literal["chord-error", "equal-arc", "equal-normal-angle"]
 EqualSpacing = Literal["equal-arc", "equal-normal-angle"]
 
-_FEED = {"ge": 1e-3, "le": 1e6}
+FEED: dict[str, Any] = {"ge": 1e-3, "le": 1e6}
 _TEXT = {"max_length": 60, "pattern": r"^[^\x00-\x1f\x7f]*$"}
 
 
@@ -30,18 +31,19 @@ def _fit(description: str) -> Meta:
 
 
 class GrindingSpec(Table, frozen=True):
-    """Polar grinding: the disc turns in C, the wheel moves in X. The surface speed is `feed_mm_per_min`."""
+    """Grinding in passes. An absent key has the value of the machine; `feed_mm_per_min` is the surface speed."""
 
-    stock_um: Annotated[
-        float, key("Stock to grind off, along X [µm].", "give the stock left for grinding", ge=0, le=5000)
-    ] = 20.0
-    infeed_um: Annotated[
-        float, key("Infeed along X before each revolution of the disc [µm].", "give 1 to 20 µm", gt=0, le=1000)
-    ] = 5.0
-    spark_out_turns: Annotated[int, key("Turns without infeed at the end.", "give 1 to 3 turns", ge=0, le=100)] = 2
-    infeed_feed_mm_per_min: Annotated[
-        float, key("Feed of the infeed along X [mm/min].", "give a slow feed", **_FEED)
-    ] = 5.0
+    stock_um: (
+        Annotated[float, key("Stock to grind off, along X or the normal [µm].", "give the stock left", ge=0, le=5000)]
+        | None
+    ) = None
+    infeed_um: Annotated[float, key("Infeed before each pass [µm].", "give 1 to 20 µm", gt=0, le=1000)] | None = None
+    spark_out_turns: (
+        Annotated[int, key("Passes without infeed at the end.", "give 1 to 3 turns", ge=0, le=100)] | None
+    ) = None
+    infeed_feed_mm_per_min: (
+        Annotated[float, key("Feed of the infeed along X [mm/min].", "give a slow feed", **FEED)] | None
+    ) = None
     safe_distance_mm: Annotated[
         float, key("Clearance between wheel and tip before and after grinding [mm].", "give some mm", ge=0.1, le=1000)
     ] = 5.0
@@ -54,18 +56,18 @@ class GrindingSpec(Table, frozen=True):
             le=5000,
         ),
     ] = 20.0
-    c_speed_limit_deg_per_s: Annotated[float, key("Maximum speed of C [°/s].", "give the axis limit", gt=0, le=1e6)] = (
-        180.0
-    )
-    c_acceleration_limit_deg_per_s2: Annotated[
-        float, key("Largest angular acceleration of C [°/s²].", "give the axis limit", gt=0, le=1e7)
-    ] = 1000.0
-    x_speed_limit_mm_per_min: Annotated[float, key("Maximum speed of X [mm/min].", "give the axis limit", **_FEED)] = (
-        5000.0
-    )
-    x_acceleration_limit_mm_per_s2: Annotated[
-        float, key("Largest acceleration of X [mm/s²].", "give the axis limit", gt=0, le=1e6)
-    ] = 1000.0
+    c_speed_limit_deg_per_s: (
+        Annotated[float, key("Maximum speed of C [°/s].", "give the axis limit", gt=0, le=1e6)] | None
+    ) = None
+    c_acceleration_limit_deg_per_s2: (
+        Annotated[float, key("Largest angular acceleration of C [°/s²].", "give the axis limit", gt=0, le=1e7)] | None
+    ) = None
+    x_speed_limit_mm_per_min: (
+        Annotated[float, key("Maximum speed of X [mm/min].", "give the axis limit", **FEED)] | None
+    ) = None
+    x_acceleration_limit_mm_per_s2: (
+        Annotated[float, key("Largest acceleration of X [mm/s²].", "give the axis limit", gt=0, le=1e6)] | None
+    ) = None
 
 
 class WireSpec(Table, frozen=True):
@@ -79,10 +81,17 @@ class WireSpec(Table, frozen=True):
         tuple[float, ...],
         key("Stock left by each cut but the last, falling [µm]; empty for one cut.", "give a list such as [40, 10]"),
     ] = (40.0, 10.0)
-    feed_mm_per_min: Annotated[float, key("Feed of the wire [mm/min].", "give a feed", **_FEED)] = 5.0
+    feed_mm_per_min: Annotated[float, key("Feed of the wire [mm/min].", "give a feed", **FEED)] = 5.0
     start_distance_mm: Annotated[
         float, key("From the tip to the start hole outside the disc [mm].", "give some mm", ge=0.5, le=1000)
     ] = 3.0
+    overlap_mm: Annotated[
+        float, key("Every cut runs this far past its start [mm].", "give 0.1 to 2 mm", ge=0, le=100)
+    ] = 0.5
+    slug_tab_mm: Annotated[
+        float,
+        key("Tab that holds the slug of an opening until the machine has stopped [mm].", "give 0.2 to 3", ge=0, le=100),
+    ] = 0.5
 
 
 class InspectionSpec(Table, frozen=True):
@@ -98,6 +107,27 @@ class InspectionSpec(Table, frozen=True):
     runout_tolerance_um: Annotated[float, _tolerance("Allowed runout of the teeth about the bore [µm].")] | None = None
 
 
+class DxfSpec(Table, frozen=True):
+    """DXF files of the disc."""
+
+    tooth: Annotated[
+        Literal["flanks", "single"],
+        key("Splines of the tooth: one a flank, or a single one, of which CAD kernels compute wrong areas.", ""),
+    ] = "flanks"
+    offset_mm: (
+        Annotated[
+            float,
+            key(
+                "From outline to cutter centre, its radius or half the kerf [mm]; absent: wire and spark gap.",
+                "give the cutter's radius or half the kerf",
+                ge=1e-3,
+                le=100,
+            ),
+        ]
+        | None
+    ) = None
+
+
 class StepSpec(Table, frozen=True):
     """STEP files of the disc and of the whole stage."""
 
@@ -105,6 +135,9 @@ class StepSpec(Table, frozen=True):
     degree: Annotated[
         Literal[3, 5], key("Degree of the tooth's splines: 5, or 3 for readers that take no more.", "give 3 or 5")
     ] = 5
+    crank_angle_deg: Annotated[
+        float, key("Crank angle of the assembly [°].", "give an angle in °", ge=-36000, le=36000)
+    ] = 0.0
 
 
 class PrintSpec(Table, frozen=True):
@@ -117,6 +150,25 @@ class PrintSpec(Table, frozen=True):
         float,
         key(
             "Taken off the tooth all round, to compensate overextrusion [µm].",
+            "give an amount in µm, positive removes material",
+            ge=-1e4,
+            le=1e4,
+        ),
+    ] = 0.0
+
+    hole_offset_um: Annotated[
+        float,
+        key(
+            "Taken off holes and openings all round [µm].",
+            "give an amount in µm, positive removes material",
+            ge=-1e4,
+            le=1e4,
+        ),
+    ] = 0.0
+    seat_offset_um: Annotated[
+        float,
+        key(
+            "Taken off the seats of pins and shafts in ring and carrier plates [µm].",
             "give an amount in µm, positive removes material",
             ge=-1e4,
             le=1e4,
@@ -164,9 +216,15 @@ Format = Literal[
     "csv",
     "dxf",
     "dxf-arcs",
+    "dxf-offset",
+    "svg",
     "drawing",
     "step",
     "step-assembly",
+    "parts-step",
+    "parts-3mf",
+    "parts-stl",
+    "bom",
     "3mf",
     "stl",
     "gcode",
@@ -205,11 +263,31 @@ class ExportSpec(Table, frozen=True):
         | None
     ) = None
     cmm_spacing: Annotated[EqualSpacing, key("How the nominal measuring points are spread.", "")] = "equal-arc"
-    nc_dialect: Annotated[Dialect, key("Control the NC programs are written for.", "")] = "linuxcnc"
-    nc_decimals: Annotated[
-        int,
-        key("Decimals of lengths in NC programs; C has one more.", "give what the control reads, 3 to 6", ge=3, le=6),
-    ] = 5
+    nc_dialect: Annotated[Dialect, key("Control whose built-in machine the NC programs are for.", "")] = "linuxcnc"
+    machine: (
+        Annotated[
+            str,
+            key(
+                "Machine file (TOML) in place of the built-in machine, relative to the spec file.",
+                "give the path of a machine file",
+                min_length=1,
+                max_length=1000,
+            ),
+        ]
+        | None
+    ) = None
+    nc_decimals: (
+        Annotated[
+            int,
+            key(
+                "Decimals of lengths in NC programs, C has one more; absent: those of the machine.",
+                "give what the control reads, 3 to 6",
+                ge=3,
+                le=6,
+            ),
+        ]
+        | None
+    ) = None
     wheel_radius_mm: (
         Annotated[
             float,
@@ -224,9 +302,12 @@ class ExportSpec(Table, frozen=True):
     wheel_compensation: Annotated[
         Compensation, key("Wheel radius compensation of the contour program; G42 runs anticlockwise.", "")
     ] = "none"
+    points: PointsSpec | None = None
+    form_wheel: FormWheelSpec | None = None
     grinding: GrindingSpec = GrindingSpec()
     wire: WireSpec = WireSpec()
     inspection: InspectionSpec = InspectionSpec()
     drawing: DrawingSpec = DrawingSpec()
+    dxf: DxfSpec = DxfSpec()
     step: StepSpec = StepSpec()
     print: PrintSpec = PrintSpec()

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
-from cycloid_profile.spec.model._table import Table, key
+from cycloid_profile.spec.model.checks._table import Table, key
+from cycloid_profile.spec.model.checks._validation import Alternative
+from cycloid_profile.spec.model.materials import material_values
+
+_MATERIAL = key(
+    "Name of a material of docs/spec.md, such as steel, PLA; in place of `youngs_modulus_gpa`.", "give a name as text"
+)
 
 
 class MaterialSpec(Table, frozen=True):
     """Elastic constants of one body."""
 
+    alternatives: ClassVar[tuple[Alternative, ...]] = (
+        Alternative("material", Annotated[str, _MATERIAL], "youngs_modulus_gpa", material_values),
+    )
     youngs_modulus_gpa: Annotated[float, key("Young's modulus [GPa].", "steel has 206", ge=1e-3, le=1e4)] = 206.0
     poisson_ratio: Annotated[float, key("Poisson's ratio.", "steel has 0.3", ge=0, lt=0.5)] = 0.3
     name: Annotated[

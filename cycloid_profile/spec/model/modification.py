@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from msgspec import Meta
 
-from cycloid_profile.spec.model._table import Table, key, relief, relief_length, taper
+from cycloid_profile.spec.model.checks._table import Table, key, relief, relief_length, taper
 
 _AMOUNTS = {"ge": -1e4, "le": 1e4}  # µm
 _AMOUNT = "give an amount in µm, positive removes material"

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Annotated, Any, Literal
 
 import msgspec
 
 from cycloid_profile._display import Described
 from cycloid_profile.errors import SpecError
-from cycloid_profile.spec.model._table import Table, key
-from cycloid_profile.spec.model._validation import shown, validated
+from cycloid_profile.spec.model.checks._suggestions import shown
+from cycloid_profile.spec.model.checks._table import Table, key
+from cycloid_profile.spec.model.checks._validation import validated
 from cycloid_profile.spec.model.drive import DiscSpec, DriveSpec
 from cycloid_profile.spec.model.effects import EmpiricalSpec, is_effect_name, remedy_of_unknown_effect
 from cycloid_profile.spec.model.export import ExportSpec
 from cycloid_profile.spec.model.load import LoadSpec, MaterialsSpec
+from cycloid_profile.spec.model.measurement import MeasurementSpec
 from cycloid_profile.spec.model.modification import EffectTable, ModificationSpec
 from cycloid_profile.spec.model.tolerance import ReferenceSpec, ToleranceSpec
 
@@ -47,6 +49,7 @@ class Spec(Described, Table, frozen=True, kw_only=True):
     export: ExportSpec = ExportSpec()
     source: ReferenceSpec = ReferenceSpec()
     tolerance: ToleranceSpec = ToleranceSpec()
+    measurement: MeasurementSpec = MeasurementSpec()
     effects: Annotated[
         tuple[EffectTable, ...],
         key("Imperfections as tables `[[effects]]`, each with a `name`, see docs/effects.md.", "give [[effects]]"),
@@ -56,11 +59,19 @@ class Spec(Described, Table, frozen=True, kw_only=True):
     def __post_init__(self) -> None:
         """Convert dictionaries given for tables, and refuse effects whose name is unknown; raises ``SpecError``."""
         super().__post_init__()
-        for number, effect in enumerate(self.effects, start=1):
-            name = effect.get("name")
-            if not isinstance(name, str) or not is_effect_name(name):
+        faults = list(self.further_faults({"effects": self.effects}))
+        if faults:
+            raise SpecError.of(faults)
+
+    @classmethod
+    def further_faults(cls, raw: Mapping[str, Any]) -> Iterable[SpecError]:
+        """Effects whose name is unknown."""
+        effects = raw.get("effects", ())
+        for number, effect in enumerate(effects if isinstance(effects, list | tuple) else (), start=1):
+            name = effect.get("name") if isinstance(effect, dict) else ""
+            if isinstance(effect, dict) and not (isinstance(name, str) and is_effect_name(name)):
                 what, remedy = f"effects[{number}].name", remedy_of_unknown_effect(str(name))
-                raise SpecError(what, shown(name), "is not the name of an effect", remedy)
+                yield SpecError(what, shown(name), "is not the name of an effect", remedy)
 
     def replace(self, key: str | Mapping[str, Any], value: Any = None) -> Spec:
         """A new spec with one key changed, ``replace("load.contact_law", "johnson")``, or several from a mapping.

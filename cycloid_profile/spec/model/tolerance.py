@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from cycloid_profile.spec.model._table import Table, key
+from cycloid_profile.spec.model.checks._table import Table, key
 from cycloid_profile.spec.model.modification import EffectTable
 
 

@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import msgspec
 from msgspec import Meta
 
-from cycloid_profile.errors import did_you_mean
-from cycloid_profile.spec.model._validation import fields_of, tables_in, validated
+from cycloid_profile.errors import SpecError, did_you_mean
+from cycloid_profile.spec.model.checks._suggestions import fields_of, tables_in
+from cycloid_profile.spec.model.checks._validation import Alternative, validated
 
 SIZE: dict[str, Any] = {"ge": 1e-3, "le": 1e4}  # limits of a length [mm]
 
 
 class Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """A table of the spec file."""
+
+    alternatives: ClassVar[tuple[Alternative, ...]] = ()
+
+    @classmethod
+    def further_faults(cls, raw: Mapping[str, Any]) -> Iterable[SpecError]:  # noqa: ARG003 - most tables have none
+        """Faults of the plain values of this table that its types cannot tell."""
+        return ()
 
     def __post_init__(self) -> None:
         """Convert dictionaries given for tables; raises ``SpecError`` as reading a file does."""

@@ -1,0 +1,1 @@
+"""What every table of the spec file shares: its base class, validation, and suggestions for unknown keys."""
