@@ -1,5 +1,7 @@
 """Names of the room; each is imported when first used."""
 
+from .cad import stage_to_build123d as stage_to_build123d
+from .cad import to_build123d as to_build123d
 from .curves import Arcs as Arcs
 from .curves import Deviation as Deviation
 from .curves import ProfileSource as ProfileSource
@@ -14,18 +16,34 @@ from .dxf import read_dxf_arcs as read_dxf_arcs
 from .dxf import read_dxf_profile as read_dxf_profile
 from .dxf import write_polyline as write_polyline
 from .formats import EXPORTERS as EXPORTERS
+from .formats import CadProcess as CadProcess
 from .formats import check_deviation as check_deviation
 from .formats import exporter_for as exporter_for
+from .formats import file_names as file_names
 from .formats import write_formats as write_formats
+from .formats import write_in_two_processes as write_in_two_processes
+from .inspection import Inspection as Inspection
 from .inspection import InspectionPlan as InspectionPlan
+from .inspection import inspect_scan as inspect_scan
 from .inspection import inspection_plan as inspection_plan
+from .nc import MACHINES as MACHINES
+from .nc import Blank as Blank
 from .nc import PolarGrinding as PolarGrinding
+from .nc import Program as Program
+from .nc import blank_of as blank_of
+from .nc import interpret as interpret
+from .nc import machine_of as machine_of
+from .nc import machine_text as machine_text
 from .nc import polar_grinding as polar_grinding
 from .nc import read_gcode as read_gcode
+from .nc import read_machine as read_machine
+from .nc import read_program as read_program
 from .points import measuring_points as measuring_points
 from .points import read_table as read_table
+from .svg import read_svg_tooth as read_svg_tooth
 from .writing import Exporter as Exporter
 from .writing import LibraryMissing as LibraryMissing
+from .writing import Protection as Protection
 from .writing import WrittenFile as WrittenFile
 from .writing import atomic_folder as atomic_folder
 from .writing import manifest_entry as manifest_entry

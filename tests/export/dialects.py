@@ -13,7 +13,10 @@ import numpy as np
 
 
 class Step(NamedTuple):
-    """One motion: G code 0 to 3, end, centre of an arc, C [°]; feed word with its meaning; side of compensation."""
+    """One motion: G code 0 to 3, end, centre of an arc, C [°]; feed word with its meaning; side of compensation.
+
+    Height at both ends, not a number before the first word; speed of the spindle, 0 when off; coolant.
+    """
 
     code: int
     start: complex
@@ -24,6 +27,10 @@ class Step(NamedTuple):
     feed: float
     inverse: bool
     side: str
+    z_start: float = math.nan
+    z: float = math.nan
+    spindle: float = 0.0
+    coolant: bool = False
 
 
 def run(text: str, dialect: str) -> list[Step]:
@@ -94,8 +101,9 @@ def _repeat_sections(lines: list[str]) -> list[str]:
 
 def _iso(lines: list[str]) -> list[Step]:
     steps: list[Step] = []
-    here, c, feed, code = 0j, 0.0, math.nan, 0
-    incremental = inverse = False
+    here, c, z, feed, code = 0j, 0.0, math.nan, math.nan, 0
+    incremental = inverse = coolant = False
+    spindle = speed = 0.0
     side = ""
     for line in lines:
         if not line or line[0] in "%:" or line.endswith(":"):
@@ -114,9 +122,12 @@ def _iso(lines: list[str]) -> list[Step]:
                 side = ""
             elif g in (41, 42, 41.1, 42.1):
                 side = "left" if int(g) == 41 else "right"
-        feed = value.get("F", feed)
-        if not {"X", "Y", "C"} & value.keys():
+        feed, speed = value.get("F", feed), value.get("S", speed)
+        spindle = {3.0: speed, 4.0: speed, 5.0: 0.0}.get(value.get("M", 0.0), spindle)
+        coolant = {8.0: True, 9.0: False}.get(value.get("M", 0.0), coolant)
+        if not {"X", "Y", "Z", "C"} & value.keys():
             continue
+        to_z = value.get("Z", z)
         base, c_base = (here, c) if incremental else (0j, 0.0)
         there = complex(
             base.real + value["X"] if "X" in value else here.real, base.imag + value["Y"] if "Y" in value else here.imag
@@ -124,13 +135,14 @@ def _iso(lines: list[str]) -> list[Step]:
         to_c = c_base + value["C"] if "C" in value else c
         assert not inverse or "F" in value, "in inverse time every block needs its feed"
         centre = here + complex(value.get("I", 0.0), value.get("J", 0.0))
-        steps.append(Step(code, here, there, centre, c, to_c, feed, inverse, side))
-        here, c = there, to_c
+        steps.append(Step(code, here, there, centre, c, to_c, feed, inverse, side, z, to_z, spindle, coolant))
+        here, c, z = there, to_c, to_z
     return steps
 
 
 def _klartext(text: str) -> list[Step]:
-    numbered = [line.split(" ", 1) for line in text.splitlines()]
+    # A block goes on in the next line after a tilde.
+    numbered = [line.split(" ", 1) for line in re.sub(r"~\n *", "", text).splitlines()]
     assert [int(number) for number, _ in numbered] == list(range(len(numbered)))
     lines = [re.sub(r";.*", "", line).strip() for _, line in numbered]
     assert re.fullmatch(r"BEGIN PGM \w+ MM", lines[0])
@@ -144,32 +156,32 @@ def _klartext(text: str) -> list[Step]:
         else:
             flat.append(line)
     steps: list[Step] = []
-    here, c, feed, centre, side = 0j, 0.0, math.nan, 0j, ""
-    parameters: dict[str, float] = {}
+    here, c, z, feed, centre, side = 0j, 0.0, math.nan, math.nan, 0j, ""
+    spindle, speed, coolant = 0.0, 0.0, False
     for line in flat:
-        assignment = re.fullmatch(r"FN 0: (Q\d+) = \+([\d.]+)", line)
-        if assignment:
-            parameters[assignment[1]] = float(assignment[2])
-            continue
+        tool = re.fullmatch(r"TOOL CALL 1 Z S(\d+)", line)
+        speed = float(tool[1]) if tool else speed
+        spindle = {"M3": speed, "M5": 0.0}.get(line, spindle)
+        coolant = {"M8": True, "M9": False}.get(line, coolant)
         head = line.split(" ")[0]
         if head not in ("L", "C", "CC"):
             continue
-        place = {axis: float(v) for axis, v in re.findall(r"(?<![A-Z])(I?[XYC])([+-]\d+\.\d+)", line)}
+        place = {axis: float(v) for axis, v in re.findall(r"(?<![A-Z])(I?[XYZC])([+-]\d+\.\d+)", line)}
         x, y = place.get("X", here.real + place.get("IX", 0.0)), place.get("Y", here.imag + place.get("IY", 0.0))
         if head == "CC":
             centre = complex(x, y)
             continue
         to_c = place.get("C", c + place.get("IC", 0.0))
         rapid = "FMAX" in line
-        word = re.search(r" F(Q\d+|[\d.]+)", line)
-        if word:
-            feed = parameters[word[1]] if word[1][0] == "Q" else float(word[1])
+        word = re.search(r" F([\d.]+)", line)
+        feed = float(word[1]) if word else feed
         comp = re.search(r" R([0LR])\b", line)
         if comp:
             side = {"0": "", "L": "left", "R": "right"}[comp[1]]
         code = 0 if rapid else 1 if head == "L" else 3 if "DR+" in line else 2
-        steps.append(Step(code, here, complex(x, y), centre, c, to_c, feed, False, side))
-        here, c = complex(x, y), to_c
+        to_z = place.get("Z", z)
+        steps.append(Step(code, here, complex(x, y), centre, c, to_c, feed, False, side, z, to_z, spindle, coolant))
+        here, c, z = complex(x, y), to_c, to_z
     return steps
 
 

@@ -20,7 +20,7 @@ _ABSENT = 3
 
 
 class Interpreted(NamedTuple):
-    """Moves ("rapid" or "line", x, y, c) and ("arc", x, y, centre x, centre y, turns) in mm and degrees.
+    """Moves ("rapid" or "line", x, y, c, z) and ("arc", x, y, centre x, centre y, turns) in mm and degrees.
 
     ``rates``: feed of each line [mm/min, or 1/min in inverse time]; ``error`` the program ended with, or None.
     """
@@ -37,6 +37,8 @@ def interpreted(path: Path, folder: Path) -> Interpreted:
     root = os.environ.get("LINUXCNC_ROOT", "/")
     libraries = f"{root}/usr/lib:{root}/usr/lib/x86_64-linux-gnu"
     environment = os.environ | {"LD_LIBRARY_PATH": libraries, "PYTHONPATH": f"{root}/usr/lib/python3/dist-packages"}
+    # Its table of tools is a file in the home folder.
+    environment["HOME"] = str(folder)
     command = [sys.executable, __file__, str(path), str(folder)]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
     if done.returncode == _ABSENT:
@@ -67,10 +69,10 @@ class _Recorder:
         self._rate = 0.0
 
     def straight_traverse(self, *axes: float) -> None:
-        self.moves.append(("rapid", 25.4 * axes[0], 25.4 * axes[1], axes[5]))
+        self.moves.append(("rapid", 25.4 * axes[0], 25.4 * axes[1], axes[5], 25.4 * axes[2]))
 
     def straight_feed(self, *axes: float) -> None:
-        self.moves.append(("line", 25.4 * axes[0], 25.4 * axes[1], axes[5]))
+        self.moves.append(("line", 25.4 * axes[0], 25.4 * axes[1], axes[5], 25.4 * axes[2]))
         self.rates.append(self._rate)
 
     def arc_feed(self, x: float, y: float, cx: float, cy: float, turns: int, *_: float) -> None:
@@ -79,8 +81,9 @@ class _Recorder:
     def set_feed_rate(self, rate: float) -> None:
         self._rate = rate
 
-    def get_tool(self, _: int) -> tuple[float, ...]:
-        return (-1, *(0.0 for _ in range(9)), 0.0, 0.0, 0.0, 0)
+    def get_tool(self, pocket: int) -> tuple[float, ...]:
+        # Tool 1, without length or radius, as the programs call it.
+        return (1 if pocket in (0, 1) else -1, *(0.0 for _ in range(9)), 0.0, 0.0, 0.0, 0)
 
     def get_axis_mask(self) -> int:
         return 0b100111
@@ -103,12 +106,29 @@ class _Recorder:
         return lambda *_: None
 
 
+def _make_tool_table(folder: str) -> None:
+    """A table with tool 1 in shared memory, without which the interpreter crashes; a running LinuxCNC makes it."""
+    import ctypes
+
+    try:
+        library = ctypes.CDLL("libtooldata.so.0")
+        create, load = library._Z17tool_mmap_creatorPK13EMC_TOOL_STATi, library._Z13tooldata_loadPKcPPc
+    except (OSError, AttributeError):
+        return  # versions that keep it elsewhere
+    create.argtypes, load.argtypes = [ctypes.c_void_p, ctypes.c_int], [ctypes.c_char_p, ctypes.c_void_p]
+    create(None, 0)
+    table = Path(folder) / "tool.tbl"
+    table.write_text("T1 P1 Z0.0 D0.0 ;\n", encoding="ascii")
+    load(str(table).encode(), None)
+
+
 def _run(path: str, folder: str) -> int:
     try:
         import gcode
     except ImportError as missing:
         print(missing, file=sys.stderr)
         return _ABSENT
+    _make_tool_table(folder)
     recorder = _Recorder(folder)
     result, _ = gcode.parse(path, recorder, "G21", "")
     error = gcode.strerror(result) if result > gcode.MIN_ERROR else None

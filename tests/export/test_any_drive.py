@@ -127,8 +127,8 @@ def test_a_disc_with_play_touches_where_the_engine_says() -> None:
 )
 def test_step_of_extreme_drives_is_sound(lobes: int, ratio: float, fill: float, tmp_path: Path) -> None:
     pytest.importorskip("OCP", reason="the CAD kernel is not installed")
-    from cycloid_profile.export.cad import CadMaterial, Part
-    from cycloid_profile.export.cad._opencascade import (
+    from cycloid_profile.export.cad import CadMaterial, CadPart
+    from cycloid_profile.export.cad._solids import (
         plate,
         points_on,
         read_shape,
@@ -142,7 +142,7 @@ def test_step_of_extreme_drives_is_sound(lobes: int, ratio: float, fill: float, 
     profile = ToothProfile(trochoid, fill * limit)
     solid = plate(disc_splines(profile, 5, 0.8 * TOLERANCE), (), 0.0, 10.0)
     path = tmp_path / "disc.step"
-    write_part(Part("disc", solid, (0.5, 0.5, 0.5), CadMaterial("steel", "")), path, "AP242")
+    write_part(CadPart("disc", solid, (0.5, 0.5, 0.5), CadMaterial("steel", "")), path, "AP242")
     (back,) = sound_solids(read_shape(path), path, 1)
     found = deviation_both_ways(profile, points_on(top_edges(back)[0]))
     assert found.largest <= TOLERANCE

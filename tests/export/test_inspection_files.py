@@ -16,6 +16,7 @@ from independent import textbook_curve
 from cycloid_profile.design import DesignRecord
 from cycloid_profile.export.inspection import DmisExporter, inspection_plan
 from cycloid_profile.export.points import CmmExporter, ProfileCsvExporter, VdaExporter
+from cycloid_profile.geometry import DiscOutline, circular_contour
 
 
 def nominal(record: DesignRecord, folder: Path) -> np.ndarray:
@@ -25,55 +26,155 @@ def nominal(record: DesignRecord, folder: Path) -> np.ndarray:
     return table[:, 3:]
 
 
-def test_dmis_program_measures_every_nominal_point(rv40e_record: DesignRecord, tmp_path: Path) -> None:
-    DmisExporter().write(rv40e_record, tmp_path)
-    lines = (tmp_path / "cmm.dmi").read_text(encoding="ascii").splitlines()
-    assert lines[0].startswith("DMISMN/'RV-40E TEETH',05.")
-    assert lines[-1] == "ENDFIL"
-    assert {"UNITS/MM,ANGDEC", "PRCOMP/ON", "MODE/PROG,MAN"} <= set(lines)
-    features: dict[str, list[str]] = {}
-    touched: dict[str, list[list[float]]] = {}
-    tolerances, outputs, datums, inside = {}, {}, [], ""
-    for line in lines:
+NUMBER, NAME = r"-?\d+(?:\.\d+)?", r"[A-Z0-9]+"
+# Every statement that the programs may hold; names are defined before they are used.
+GRAMMAR = [
+    ("head", r"DMISMN/'[A-Z0-9 ._-]+',05\.2"),
+    ("head", r"UNITS/MM,ANGDEC|WKPLAN/XYPLAN|PRCOMP/ON|TECOMP/OFF|SNSET/(?:APPRCH|RETRCT),1|ENDFIL"),
+    ("mode", r"MODE/(MAN|PROG,MAN)"),
+    ("feature", rf"F\(({NAME})\)=FEAT/(POINT|PLANE|CIRCLE|LINE)(?:,INNER|,OUTER|,UNBND)?,CART((?:,{NUMBER})+)"),
+    ("measure", rf"MEAS/(POINT|PLANE|CIRCLE),F\(({NAME})\),(\d+)"),
+    ("touch", rf"PTMEAS/CART,({NUMBER}(?:,{NUMBER}){{5}})"),
+    ("end", r"ENDMES"),
+    ("move", rf"GOTO/({NUMBER},{NUMBER},{NUMBER})"),
+    ("datum", rf"DATDEF/FA\(({NAME})\),DAT\(([A-Z]+)\)"),
+    ("set", r"D\(\d\)=DATSET/DAT\((\w+)\),ZDIR,ZORIG,DAT\((\w+)\),XORIG,YORIG,DAT\((\w+)\),XDIR"),
+    ("shift", rf"D\(\d\)=(?:TRANS/ZORIG|ROTATE/ZAXIS),({NUMBER})"),
+    ("tolerance", r"T\((\d+)\)=TOL/(PROFP|CRNOUT|DISTB|ANGLB),(.*)"),
+    ("construct", rf"CONST/(?:LINE|CIRCLE),F\(({NAME})\),BF((?:,FA\({NAME}\))+)"),
+    ("output", rf"OUTPUT/FA\(({NAME})\)(?:,FA\(({NAME})\))?(?:,TA\((\d+)\))?"),
+]
+
+
+def statements(path: Path) -> list[tuple[str, tuple[str, ...]]]:
+    """Kind and words of every statement of a program; comments are left out, continued lines joined."""
+    text = path.read_text(encoding="ascii").replace("$\n", "")
+    found = []
+    for line in text.splitlines():
         if line.startswith("$$"):
             continue
-        if match := re.fullmatch(r"F\((\w+)\)=FEAT/(.*)", line):
-            assert match[1] not in features
-            features[match[1]] = match[2].split(",")
-        elif match := re.fullmatch(r"T\((\d+)\)=TOL/PROFP,(-[\d.]+),([\d.]+)", line):
-            tolerances[match[1]] = (float(match[2]), float(match[3]))
-        elif match := re.fullmatch(r"MEAS/(POINT|CIRCLE),F\((\w+)\),(\d+)", line):
+        matches = [(kind, match) for kind, pattern in GRAMMAR if (match := re.fullmatch(pattern, line))]
+        assert len(matches) == 1, line
+        found.append((matches[0][0], matches[0][1].groups()))
+    return found
+
+
+def test_dmis_program_aligns_before_it_moves_and_measures_every_nominal_point(
+    rv40e_record: DesignRecord, tmp_path: Path
+) -> None:
+    DmisExporter().write(rv40e_record, tmp_path)
+    assert (tmp_path / "cmm.dmi").read_text(encoding="ascii").startswith("DMISMN/'RV-40E TEETH',05.")
+    features: dict[str, list[float]] = {}
+    touched: dict[str, list[list[float]]] = {}
+    datums: dict[str, str] = {}
+    tolerances: dict[str, tuple[str, list[float]]] = {}
+    outputs: dict[str, list[tuple[str, ...]]] = {}
+    constructed: dict[str, list[str]] = {}
+    sets, shifts, mode, inside, wanted = [], [], "", "", 0
+    for kind, words in statements(tmp_path / "cmm.dmi"):
+        if kind == "mode":
+            mode = words[0]
+        elif kind == "feature":
+            assert words[0] not in features
+            features[words[0]] = [float(v) for v in words[2].split(",")[1:]]
+        elif kind == "measure":
             assert not inside
-            assert features[match[2]][0] == match[1]
-            inside, touched[match[2]] = match[2], []
-            wanted = int(match[3])
-        elif match := re.fullmatch(r"PTMEAS/CART,(.*)", line):
-            touched[inside].append([float(v) for v in match[1].split(",")])
-        elif line == "ENDMES":
+            inside, wanted = words[1], int(words[2])
+            assert inside in features
+            touched[inside] = []
+        elif kind == "touch":
+            touched[inside].append([float(v) for v in words[0].split(",")])
+        elif kind == "end":
             assert len(touched[inside]) == wanted
             inside = ""
-        elif match := re.fullmatch(r"OUTPUT/FA\((\w+)\),TA\((\d+)\)", line):
-            outputs[match[1]] = tolerances[match[2]]
-        elif match := re.fullmatch(r"DATDEF/FA\((\w+)\),DAT\((\w)\)", line):
-            datums.append((match[2], match[1]))
-    assert datums == [("A", "BORE"), ("B", "CRANK1")]
-    assert [float(v) for v in features["BORE"][3:]] == [0.0, 0.0, 5.75, 0.0, 0.0, 1.0, 32.0]
+        elif kind == "move":
+            # The operator moves by hand until there is a first alignment.
+            assert (mode, len(sets), len(shifts)) >= ("PROG,MAN", 1, 1)
+        elif kind == "datum":
+            assert touched[words[0]]
+            datums[words[1]] = words[0]
+        elif kind == "set":
+            assert set(words) <= datums.keys()
+            sets.append(tuple(datums[letter] for letter in words))
+        elif kind == "shift":
+            shifts.append(float(words[0]))
+        elif kind == "tolerance":
+            numbers = [float(v) for v in re.findall(rf"(?<![A-Z(]){NUMBER}(?=,|$)", words[2])]
+            tolerances[words[0]] = (words[1], numbers)
+        elif kind == "construct":
+            constructed[words[0]] = re.findall(r"FA\((\w+)\)", words[1])
+            assert all(name in touched for name in constructed[words[0]])
+            assert words[0] in features
+        elif kind == "output":
+            assert all(name in touched or name in constructed for name in words[:2] if name)
+            outputs.setdefault(tolerances[words[2]][0], []).append(words)
+    assert sets == [("FACEM", "BOREM", "CRANK1M"), ("FACE", "BORE", "CRANK1")]
+    assert shifts == [-11.5, -11.5]
+    assert datums["A"] == "BORE"
+    assert features["BORE"] == [0.0, 0.0, 5.75, 0.0, 0.0, 1.0, 32.0]
     for name, centre, radius in (("BORE", (0.0, 0.0), 16.0), ("CRANK1", (36.0, 0.0), 13.0)):
         at = np.array(touched[name])
         from_axis = at[:, :2] - centre
         assert np.hypot(*from_axis.T) == pytest.approx(radius, abs=1e-8)
         # The normal points out of the material, into the hole.
         assert at[:, 3:5] == pytest.approx(-from_axis / radius, abs=1e-8)
+    # The face is touched in the material, a ball and 3 mm away from bore, crank holes and teeth.
+    face = np.array(touched["FACE"])
+    assert np.all(face[:, 2:] == [11.5, 0.0, 0.0, 1.0])
+    z = face[:, 0] + 1j * face[:, 1]
+    assert np.all(np.abs(z) > 16.0 + 3.5)
+    tooth = textbook_curve(np.linspace(0.0, 78.0 * math.pi, 39 * 400), 0.006, 0.0)
+    curve = tooth @ [1.0, 1j]
+    assert all(np.min(np.abs(curve - at)) > 3.5 - 1e-2 and abs(at) < 60.0 for at in z)
+    assert all(np.min(np.abs(z - 36.0 * np.exp(2j * np.pi * k / 3))) > 13.0 + 3.5 for k in range(3))
     points = np.array([touched[str(k)][0] for k in range(1, 1561)])
-    assert np.array_equal(points, np.array([features[str(k)][2:] for k in range(1, 1561)], float))
+    assert np.array_equal(points, np.array([features[str(k)] for k in range(1, 1561)], float))
     expected = nominal(rv40e_record, tmp_path)
     assert np.max(np.abs(points - expected)) <= 1e-9
-    assert len(outputs) == 1560
     # A quarter of the least backlash, as an arc of the flank at ψ0, rounded down to 0.1 µm.
     assert rv40e_record.compensated_accuracy is not None
     share = 0.25 * rv40e_record.compensated_accuracy.backlash.least * 1.3 * 39.0
     limit = math.floor(1e4 * share) / 1e4
-    assert set(outputs.values()) == {(-limit, limit)}
+    assert len(outputs["PROFP"]) == 1560
+    assert tolerances["1"] == ("PROFP", [-limit, limit])
+    # Pitch of both flanks of 39 lobes as distances to the flank before, and as angles from the first.
+    plan = inspection_plan(rv40e_record)
+    single, cumulative, runout = (check.tolerance for check in plan.checks[1:])
+    assert single is not None
+    assert cumulative is not None
+    assert (len(outputs["DISTB"]), len(outputs["ANGLB"])) == (78, 76)
+    for one, other, label in outputs["DISTB"]:
+        apart = np.hypot(*(np.array(features[one]) - np.array(features[other]))[:2])
+        assert tolerances[label][1] == pytest.approx([apart, -single, single], abs=2e-9)
+        assert apart == pytest.approx(2.0 * np.hypot(*features[one][:2]) * math.sin(math.pi / 39), abs=1e-6)
+    for one, other, label in outputs["ANGLB"]:
+        a, b = (np.array(features[constructed[name][1]])[:2] @ [1.0, 1j] for name in (one, other))
+        turn = math.degrees(cumulative / plan.pitch_radius)
+        assert tolerances[label][1] == pytest.approx([abs(np.degrees(np.angle(b / a))), -turn, turn], abs=1e-8)
+    assert outputs["CRNOUT"] == [("ROOTS", None, "2")]
+    assert tolerances["2"] == ("CRNOUT", pytest.approx([runout]))
+    assert len(constructed["ROOTS"]) == 39
+
+
+@pytest.mark.parametrize("turned", [0.0, 0.3])
+def test_dmis_alignment_without_bore_or_with_a_turned_crank_hole(
+    rv40e_record: DesignRecord, tmp_path: Path, turned: float
+) -> None:
+    hole = circular_contour("crank hole 1", 36.0 * complex(math.cos(turned), math.sin(turned)), 8.0)
+    openings = (hole, circular_contour("bore", 0j, 10.0)) if turned else ()
+    record = replace(rv40e_record, outline=DiscOutline(rv40e_record.profile, openings))
+    DmisExporter().write(record, tmp_path)
+    found = statements(tmp_path / "cmm.dmi")
+    rotations = [float(words[0]) for kind, words in found if kind == "shift" and words[0] != "-11.500000000"]
+    assert rotations == pytest.approx(2 * [-math.degrees(turned)] if turned else [])
+    # Without a bore the origin is the centre of the roots, and the first root gives the direction.
+    counts = {words[1]: int(words[2]) for kind, words in found if kind == "measure" and not words[1].isdigit()}
+    assert counts["BORE"] == (8 if turned else 39)
+    assert counts["CRANK1"] == (8 if turned else 1)
+    moves = [[float(v) for v in words[0].split(",")] for kind, words in found if kind == "move"]
+    for before, after in itertools.pairwise(moves):
+        sideways = math.hypot(after[0] - before[0], after[1] - before[1])
+        assert sideways == 0.0 or min(before[2], after[2]) > 11.5 + 10.0
 
 
 def test_dmis_probe_goes_over_the_disc_between_holes(rv40e_record: DesignRecord, tmp_path: Path) -> None:

@@ -19,6 +19,7 @@ from linuxcnc import arc_points, interpreted
 
 from cycloid_profile.design import DesignRecord
 from cycloid_profile.export.nc import GcodeExporter, PolarExporter, WireExporter
+from cycloid_profile.spec.model import GrindingSpec
 
 pytestmark = pytest.mark.slow
 TOLERANCE, ROUNDED = 5e-5, 1.5e-5
@@ -31,6 +32,8 @@ def exact(rv40e_record: DesignRecord) -> ExactCurve:
 
 
 def asked(record: DesignRecord, **keys: Any) -> DesignRecord:
+    """The same design with other keys under ``[export]``, ground in one pass."""
+    keys = {"grinding": GrindingSpec(stock_um=0.0, spark_out_turns=0)} | keys
     export = msgspec.structs.replace(record.spec.export, **keys)
     return replace(record, spec=msgspec.structs.replace(record.spec, export=export))
 
@@ -100,10 +103,12 @@ def test_its_gouge_check_agrees_with_ours(rv40e_record: DesignRecord, tmp_path: 
 
 
 def test_polar_program(rv40e_record: DesignRecord, exact: ExactCurve, tmp_path: Path) -> None:
-    PolarExporter().write(asked(rv40e_record, wheel_radius_mm=2.4), tmp_path)
+    PolarExporter().write(asked(rv40e_record, wheel_radius_mm=2.4, grinding=GrindingSpec()), tmp_path)
     found = interpreted(tmp_path / "grinding_polar.nc", tmp_path)
     assert found.error is None
-    lines = np.array([move[1:4] for move in found.moves if move[0] == "line"])
+    # Down and near in air before the first turn, away after the last.
+    cutting = found.moves[3:-2]
+    lines = np.array([move[1:4] for move in cutting if move[0] == "line"])
     x, c = lines[:, 0], lines[:, 2]
     turns = 6
     assert c[-1] - c[0] == pytest.approx(360.0 * turns, abs=1e-6)
@@ -116,6 +121,28 @@ def test_polar_program(rv40e_record: DesignRecord, exact: ExactCurve, tmp_path: 
         wheel = (last_x[:-1] + share * np.diff(last_x)) * np.exp(-1j * (last_c[:-1] + share * np.diff(last_c)))
         points = np.stack([wheel.real, wheel.imag], axis=-1)[::5]
         assert np.max(np.abs(exact.distance(points) - 2.4)) <= TOLERANCE + 6e-6
+
+
+def test_passes_and_the_way_between_them(rv40e_record: DesignRecord, exact: ExactCurve, tmp_path: Path) -> None:
+    record = asked(rv40e_record, wheel_compensation="G41", wheel_radius_mm=2.4, grinding=GrindingSpec())
+    GcodeExporter().write(record, tmp_path)
+    found = interpreted(tmp_path / "grinding.nc", tmp_path)
+    assert found.error is None
+    passes: list[list[tuple[Any, ...]]] = []
+    height = None
+    for move in found.moves:
+        if move[0] == "rapid":
+            # Fast at the safe height alone, or straight up to it.
+            assert move[4] == pytest.approx(31.5)
+            passes.append([])
+        elif move[0] == "line":
+            height = move[4]
+        passes[-1].append(move)
+    assert height == pytest.approx(-1.0)
+    rounds = [one for one in passes if any(move[0] == "arc" for move in one)]
+    for one, left in zip(rounds, (0.015, 0.010, 0.005, 0.0, 0.0, 0.0), strict=True):
+        off = exact.distance(np.concatenate(arcs_of(one, 1)[1:-1])[::7]) - 2.4 - left
+        assert np.max(np.abs(off)) <= TOLERANCE + ROUNDED
 
 
 def test_wire_program(rv40e_record: DesignRecord, exact: ExactCurve, tmp_path: Path) -> None:

@@ -20,7 +20,7 @@ from independent import ExactCurve, area_inside
 from cycloid_profile.design import DesignRecord
 from cycloid_profile.errors import ExportError
 from cycloid_profile.export import write_formats
-from cycloid_profile.export.cad import MeshExporter, extruded, open_edges, printed, tooth_chords
+from cycloid_profile.export.cad import MeshExporter, PrintOffsets, extruded, open_edges, printed, tooth_chords
 from cycloid_profile.export.writing import WrittenFile
 from cycloid_profile.spec.model.export import PrintSpec
 
@@ -152,7 +152,7 @@ def test_a_hole_in_the_mesh_is_counted(rv40e_record: DesignRecord) -> None:
 
 def test_an_offset_that_undercuts_is_refused(rv40e_record: DesignRecord) -> None:
     with pytest.raises(ExportError, match=r"flank_offset_um = 2000 is too much .* take a smaller offset"):
-        printed(rv40e_record.outline, 2.0)
+        printed(rv40e_record.outline, PrintOffsets(flank=2.0))
 
 
 def test_a_missing_library_is_reported_in_one_sentence(
@@ -160,6 +160,6 @@ def test_a_missing_library_is_reported_in_one_sentence(
 ) -> None:
     monkeypatch.setitem(sys.modules, "lib3mf", None)
     written, skipped = write_formats(rv40e_record, ("cmm", "3mf", "stl"), tmp_path)
-    assert [file.name for file in written] == ["cmm_nominal.csv"]
+    assert [file.name for file in written] == ["cmm_nominal.csv", "cmm_nominal_disc_2.csv"]
     assert set(skipped) == {"3mf", "stl"}
     assert all("pip install lib3mf" in reason and "\n" not in reason for reason in skipped.values())

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -24,7 +25,8 @@ from cycloid_profile.export.nc import GcodeExporter, GcodePathExporter, PolarExp
 
 DIALECTS = ("linuxcnc", "fanuc", "siemens", "heidenhain")
 COARSE, FINE = 1.0, 0.05  # µm
-ROUNDED = 1.5e-5  # mm, five decimals of ends and centres
+# mm, ends and centres with the decimals that the built-in machines keep
+ROUNDED = {"linuxcnc": 1.5e-5, "fanuc": 1.5e-4, "siemens": 1.5e-5, "heidenhain": 1.5e-4}
 SHARES = (np.arange(3) + 0.5) / 3
 # Each control at a coarse tolerance, one at a fine one.
 RUNS = [*((dialect, COARSE) for dialect in DIALECTS), pytest.param("linuxcnc", FINE, marks=pytest.mark.slow)]
@@ -50,11 +52,16 @@ def off(exact: ExactCurve, z: np.ndarray, every: int = 1) -> np.ndarray:
     return exact.distance(np.stack([chosen.real, chosen.imag], axis=-1))
 
 
-def contour_of(steps: list[Step]) -> list[Step]:
-    """Without the rapid move, and the line and arc of lead-in and lead-out."""
-    assert [step.code for step in steps[:2]] == [0, 1]
-    assert steps[-1].code == 1
-    return steps[3:-2]
+def passes_of(steps: list[Step]) -> list[list[Step]]:
+    """Steps at the working height between the ways down and up, one list a pass."""
+    ways = [k for k, step in enumerate(steps) if step.z != step.z_start]
+    return [steps[down + 1 : up] for down, up in zip(ways[1::2], ways[2::2], strict=True)]
+
+
+def contour_of(one: list[Step]) -> list[Step]:
+    """A pass without the line and arc of lead-in and lead-out."""
+    assert [step.code for step in (one[0], one[-1])] == [1, 1]
+    return one[2:-2]
 
 
 @pytest.mark.parametrize(("dialect", "tolerance_um"), RUNS)
@@ -64,16 +71,18 @@ def test_contour_follows_the_tooth_on_every_control(
     record = asked(rv40e_record, nc_dialect=dialect, chord_tolerance_um=tolerance_um)
     (written,) = GcodeExporter().write(record, tmp_path)
     steps = run((tmp_path / "grinding.nc").read_text(encoding="ascii"), dialect)
-    contour = contour_of(steps)
+    (one,) = passes_of(steps)
+    contour = contour_of(one)
     z = np.concatenate([along(step, SHARES) for step in contour])
-    assert np.max(off(exact, z, 7)) <= 1e-3 * tolerance_um + ROUNDED
+    assert np.max(off(exact, z, 7)) <= 1e-3 * tolerance_um + ROUNDED[dialect]
     assert written.deviation is not None
-    assert written.deviation.largest <= 1e-3 * tolerance_um + ROUNDED
+    assert written.deviation.largest <= 1e-3 * tolerance_um + ROUNDED[dialect]
     rotated = np.unwrap(np.angle(z))
     assert rotated[-1] - rotated[0] == pytest.approx(-2.0 * math.pi, abs=1e-2)
     assert contour[0].start == contour[-1].end
     assert {step.side for step in steps} == {""}
-    assert {step.feed for step in steps[1:]} == {200.0}
+    assert {step.feed for step in one[1:-1]} == {200.0}
+    assert {step.feed for step in (one[0], one[-1])} == {500.0}
 
 
 @pytest.mark.parametrize(
@@ -86,7 +95,13 @@ def test_contour_follows_the_tooth_on_every_control(
     ],
 )
 def test_compensated_contour_keeps_the_wheel_outside(
-    rv40e_record: DesignRecord, tmp_path: Path, dialect: str, compensation: str, side: str, turn: float
+    rv40e_record: DesignRecord,
+    exact: ExactCurve,
+    tmp_path: Path,
+    dialect: str,
+    compensation: str,
+    side: str,
+    turn: float,
 ) -> None:
     record = asked(
         rv40e_record,
@@ -97,20 +112,94 @@ def test_compensated_contour_keeps_the_wheel_outside(
     )
     GcodeExporter().write(record, tmp_path)
     steps = run((tmp_path / "grinding.nc").read_text(encoding="ascii"), dialect)
-    # Set off on the first straight move, which is longer than the wheel, taken off on the last.
-    assert [step.side for step in steps] == ["", *(len(steps) - 2) * [side], ""]
-    assert abs(steps[1].end - steps[1].start) >= 2.5
-    contour = contour_of(steps)
-    z = np.concatenate([along(step, SHARES) for step in contour])
-    assert np.sign(np.unwrap(np.angle(z))[-1] - np.angle(z[0])) == turn
-    # The disc is opposite the wheel along the whole path; in the leads the wheel is outside the tips.
-    tip = np.max(np.abs(z))
-    for step in (steps[1], steps[2], *contour[::50], steps[-2]):
-        here, ahead = along(step, np.array([0.5, 0.501]))
-        wheel = here + (1j if side == "left" else -1j) * 2.5 * (ahead - here) / abs(ahead - here)
-        assert abs(wheel) > (abs(here) if step in contour else tip + 2.5 - 1e-4)
-    # The lead-in goes round a circle that the wheel goes into.
-    assert abs(steps[2].start - steps[2].centre) > 2.5
+    passes = passes_of(steps)
+    assert len(passes) == 4 + 2  # 20 µm of stock at 5 µm a pass, and two of spark-out
+    for one, left in zip(passes, (0.015, 0.010, 0.005, 0.0, 0.0, 0.0), strict=True):
+        # Set off on the first straight move, which is longer than the wheel, taken off on the last.
+        assert [step.side for step in one] == [*(len(one) - 1) * [side], ""]
+        assert abs(one[0].end - one[0].start) >= 2.5
+        contour = contour_of(one)
+        z = np.concatenate([along(step, SHARES) for step in contour])
+        assert np.sign(np.unwrap(np.angle(z))[-1] - np.angle(z[0])) == turn
+        assert np.max(np.abs(off(exact, z, 31) - left)) <= 1e-3 * COARSE + ROUNDED[dialect]
+        # The disc is opposite the wheel along the whole path; in the leads the wheel is outside the tips.
+        tip = np.max(np.abs(z))
+        for step in (one[0], one[1], *contour[::50], one[-2]):
+            here, ahead = along(step, np.array([0.5, 0.501]))
+            wheel = here + (1j if side == "left" else -1j) * 2.5 * (ahead - here) / abs(ahead - here)
+            assert abs(wheel) > (abs(here) if step in contour else tip + 2.5 - 2e-4)
+        # The lead-in goes round a circle that the wheel goes into.
+        assert abs(one[1].start - one[1].centre) > 2.5
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+@pytest.mark.parametrize("exporter", [GcodeExporter(), PolarExporter()], ids=["contour", "polar"])
+def test_a_program_is_safe_from_its_first_block_to_its_last(
+    rv40e_record: DesignRecord, tmp_path: Path, dialect: str, exporter: GcodeExporter | PolarExporter
+) -> None:
+    record = asked(
+        rv40e_record, nc_dialect=dialect, wheel_compensation="G41", wheel_radius_mm=2.5, chord_tolerance_um=COARSE
+    )
+    exporter.write(record, tmp_path)
+    text = (tmp_path / exporter_file(exporter)).read_text(encoding="ascii")
+    steps = run(text, dialect)
+    first, last = steps[0], steps[-1]
+    assert first.code == 0
+    assert first.start == first.end == 0j
+    assert first.z == last.z == 11.5 + 20.0
+    for step in steps[1:]:
+        if step.code == 0:
+            # Fast at the safe height, or straight up to it.
+            assert min(step.z_start, step.z) == 31.5 or (step.start == step.end and step.z == 31.5)
+        else:
+            assert (step.spindle, step.coolant) == (3000.0, True)
+    for word in {"heidenhain": ("TOOL CALL 1 Z", "Q339=+1", "M3", "M8")}.get(dialect, ("T1 ", "G54", "M3", "M8")):
+        assert word in text
+    assert re.findall(r"\bM(?:8|9|5|30)\b", text) == ["M8", "M9", "M5", "M30"]
+    # A minute in air at the feed of the infeed is no more: that feed begins in front of the stock.
+    slow = [step for step in steps if step.code == 1 and step.feed == 5.0 and step.c == step.c_start]
+    assert sum(abs(step.end - step.start) for step in slow) <= 0.1 + 0.02 + 1e-9
+
+
+def exporter_file(exporter: GcodeExporter | PolarExporter) -> str:
+    return exporter.filenames[0]
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_feeds_stay_in_the_range_of_the_control_after_rounding(
+    rv40e_record: DesignRecord, tmp_path: Path, dialect: str
+) -> None:
+    # At 2 m/min the shortest steps would need more than 9999.999 1/min of F.
+    record = asked(
+        rv40e_record, nc_dialect=dialect, wheel_radius_mm=2.5, feed_mm_per_min=2000.0, chord_tolerance_um=0.5
+    )
+    PolarExporter().write(record, tmp_path)
+    text = (tmp_path / "grinding_polar.nc").read_text(encoding="ascii")
+    words: list[str] = re.findall(r" F(\d+(?:\.\d+)?)\b", re.sub(r"\(.*?\)|;.*", "", text))
+    decimals, most = {"linuxcnc": (4, 1e6), "fanuc": (3, 9999.999)}.get(dialect, (3, 99999.999))
+    assert max(len(word.partition(".")[2]) for word in words) <= decimals
+    assert min(map(float, words)) >= 0.001
+    assert max(map(float, words)) <= most
+    if dialect == "fanuc":
+        assert max(map(float, words)) == pytest.approx(most, rel=1e-2)
+
+
+@pytest.mark.parametrize(("dialect", "c"), [("fanuc", "incremental"), *((each, "absolute") for each in DIALECTS)])
+@pytest.mark.parametrize("angle_decimals", [3, 4])
+def test_c_ends_on_whole_turns_at_the_digits_of_the_control(
+    rv40e_record: DesignRecord, tmp_path: Path, dialect: str, c: str, angle_decimals: int
+) -> None:
+    machine = tmp_path / "my.toml"
+    machine.write_text(
+        f'control = "{dialect}"\n[numbers]\nangle_decimals = {angle_decimals}\nc = "{c}"\n', encoding="utf-8"
+    )
+    record = asked(rv40e_record, machine=str(machine), wheel_radius_mm=2.5, chord_tolerance_um=COARSE)
+    PolarExporter().write(record, tmp_path)
+    text = (tmp_path / "grinding_polar.nc").read_text(encoding="ascii")
+    assert {len(word) for word in re.findall(r"C[+-]?\d+\.(\d+)", text)} == {angle_decimals}
+    turning = [step for step in run(text, dialect) if step.c != step.c_start and step.code == 1]
+    # A control that keeps no more digits than it is given adds the steps up without loss.
+    assert turning[-1].c - turning[0].c_start == pytest.approx(6 * 360.0, abs=1e-6)
 
 
 def test_a_wheel_larger_than_the_least_concave_radius_is_refused(rv40e_record: DesignRecord, tmp_path: Path) -> None:
@@ -165,13 +254,14 @@ def test_polar_program_is_tangent_and_closes(
     assert np.all(np.diff(c) > 0.0)
     assert last[-1].c - last[0].c_start == pytest.approx(360.0, abs=1e-9)
     assert last[-1].end.real == pytest.approx(last[0].start.real, abs=1e-9)
-    assert last[0].c_start == pytest.approx(180.0 / 39 + 360.0 * (turns - 1), abs=1e-5)
+    assert last[0].c_start == pytest.approx(180.0 / 39 + 360.0 * (turns - 1), abs=1e-4)
     # The envelope: the wheel's centre is one radius from the exact tooth, all along the steps.
     for share in (0.0, 0.25, 0.5, 0.75):
         at_c = np.radians(c + share * np.array([step.c - step.c_start for step in last]))
         at_x = x + share * np.array([step.end.real - step.start.real for step in last])
         wheel = off(exact, at_x * np.exp(-1j * at_c), 17)
-        assert np.max(np.abs(wheel - 2.5)) <= 1e-3 * tolerance_um + 6e-6
+        # Half a unit of X, and of C at 64 mm.
+        assert np.max(np.abs(wheel - 2.5)) <= 1e-3 * tolerance_um + 0.8 * ROUNDED[dialect]
     # Infeeds of 5 µm from 15 µm away; the last three turns are identical.
     starts = [turning[k * count].start.real - last[0].start.real for k in range(turns)]
     assert starts == pytest.approx([0.015, 0.010, 0.005, 0.0, 0.0, 0.0], abs=1e-9)
@@ -191,7 +281,7 @@ def test_polar_program_is_tangent_and_closes(
 def test_wire_goes_round_everything_one_offset_away(
     rv40e_record: DesignRecord, exact: ExactCurve, tmp_path: Path, dialect: str, tolerance_um: float
 ) -> None:
-    within = 1e-3 * tolerance_um + ROUNDED
+    within = 1e-3 * tolerance_um + ROUNDED[dialect]
     record = asked(rv40e_record, nc_dialect=dialect, chord_tolerance_um=tolerance_um)
     (written,) = WireExporter().write(record, tmp_path)
     text = (tmp_path / "wire_edm.nc").read_text(encoding="ascii")
@@ -203,10 +293,10 @@ def test_wire_goes_round_everything_one_offset_away(
     # Bore and crank holes from their centres, at 0.18, 0.15 and 0.14 mm from the edge.
     crank_holes = [(36.0 * complex(np.exp(2j * np.pi * k / 3)), 13.0) for k in range(3)]
     for moves, (centre, radius) in zip(openings, [(0j, 16.0), *crank_holes], strict=True):
-        assert abs(moves[0].end - centre) < ROUNDED
+        assert abs(moves[0].end - centre) < ROUNDED[dialect]
         gaps = np.array([radius - np.abs(along(step, SHARES) - centre) for step in moves if step.code in (2, 3)])
-        assert np.unique(np.round(gaps, 4)).tolist() == [0.14, 0.15, 0.18]
-        assert np.max(np.abs(gaps - np.round(gaps, 2))) < 2e-5
+        assert np.unique(np.round(gaps, 3)).tolist() == [0.14, 0.15, 0.18]
+        assert np.max(np.abs(gaps - np.round(gaps, 2))) < 1.5 * ROUNDED[dialect]
     # From the start hole outside, to the teeth, round them, and away.
     assert abs(teeth[0].end) == pytest.approx(np.max(np.hypot(*exact.points.T)) + 3.0, abs=1e-3)
     z = np.concatenate([along(step, SHARES) for step in teeth[2:-1]])

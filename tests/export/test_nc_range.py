@@ -14,10 +14,21 @@ import pytest
 from dialects import along, run
 
 from cycloid_profile.design import DesignRecord
+from cycloid_profile.errors import ExportError
 from cycloid_profile.export import check_deviation
 from cycloid_profile.export.curves import SpecifiedProfile
 from cycloid_profile.export.inspection import DmisExporter
-from cycloid_profile.export.nc import GcodeExporter, GcodePathExporter, PolarExporter, WireExporter
+from cycloid_profile.export.nc import (
+    Blank,
+    GcodeExporter,
+    GcodePathExporter,
+    PolarExporter,
+    WireExporter,
+    check_grinding,
+    interpret,
+    machine_of,
+    read_machine,
+)
 from cycloid_profile.export.points import VdaExporter
 from cycloid_profile.geometry import (
     CentralEccentric,
@@ -98,9 +109,14 @@ def test_wire_rounds_a_sharp_corner_off(rv40e_record: DesignRecord, tmp_path: Pa
     steps = run((tmp_path / "wire_edm.nc").read_text(encoding="ascii"), "linuxcnc")
     second = [k for k, step in enumerate(steps) if step.code == 0][1]
     arcs = [step for step in steps[:second] if step.code in (2, 3)]
-    # One arc about the inner corner in each of three cuts; all other corners are crossings of lines.
-    assert [abs(step.start - step.centre) for step in arcs] == pytest.approx([0.18, 0.15, 0.14], abs=2e-5)
-    assert all(abs(step.centre) < 2e-5 and step.code == 2 for step in arcs)
+    # Arcs about the inner corner in each of three cuts; all other corners are crossings of lines.
+    radii = [abs(step.start - step.centre) for step in arcs]
+    assert sorted(set(np.round(radii, 4).tolist())) == [0.14, 0.15, 0.18]
+    assert all(abs(step.centre) < 2e-5 for step in arcs)
+    # The cuts run to and fro about it.
+    assert [step.code for step, radius in zip(arcs, radii, strict=True) if radius < 0.145] == [2] * len(
+        [radius for radius in radii if radius < 0.145]
+    )
     ends = np.array([step.end for step in steps[:second]])
     assert np.min(np.abs(ends - complex(-5.86, -5.86))) < 2e-5
 
@@ -151,3 +167,109 @@ def test_equal_input_gives_equal_bytes(rv40e_record: DesignRecord, tmp_path: Pat
     assert "6000.0 TO 6000.0" not in (tmp_path / "a" / "grinding_polar.nc").read_text(encoding="ascii")
     for name in names:
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
+
+
+def test_wire_starts_on_the_axis_of_a_keyed_bore_and_overlaps_its_start(
+    rv40e_record: DesignRecord, tmp_path: Path
+) -> None:
+    record = record_with(rv40e_record, rv40e_record.profile, (keyed_bore("bore", 12.0, 2, 4.0, 2.0, 0.3, 0.0),))
+    WireExporter().write(record, tmp_path)
+    text = (tmp_path / "wire_edm.nc").read_text(encoding="ascii")
+    bore, _ = (part for part in text.split("START HOLE")[1:])
+    assert not re.search(
+        r"\b(?:G43|G49|G80|G41|G42|T\d|S\d|M3|M6|M8)\b|Z", text.split("WIRE", 1)[1].replace("THREAD", "")
+    )
+    steps = run(text, "linuxcnc")
+    assert steps[0].end == 0j
+    # The first cut begins at the offset from the bore, exactly, and stops twice: to hold the slug, to take it out.
+    assert abs(steps[1].end) == pytest.approx(12.0 - 0.18, abs=2e-5)
+    assert bore.index("HOLD THE SLUG") < bore.index("REMOVE THE SLUG") < bore.index("CUT 2 OF 3")
+    # The tab is half a millimetre along the wire's path, and the cut after it runs as far past the start.
+    before, after = (re.findall(r"\nG[123] X(\S+) Y(\S+)", part) for part in bore.split("HOLD THE SLUG"))
+    begin, at_stop = (complex(float(x), float(y)) for x, y in (before[0], before[-1]))
+    assert begin == steps[1].end
+    assert 0.4 < abs(at_stop - begin) <= 0.5 + 1e-4
+    past = [complex(float(x), float(y)) for x, y in after]
+    assert 0.4 < abs(past[past.index(begin) + 1] - begin) <= 0.5 + 1e-4
+
+
+def test_a_machine_file_is_merged_and_its_faults_are_one_sentence(tmp_path: Path) -> None:
+    mine = tmp_path / "my.toml"
+    mine.write_text('name = "Grinder 7"\ncontrol = "fanuc"\n[tool]\nnumber = 12\n', encoding="utf-8")
+    machine = read_machine(mine)
+    assert (machine.name, machine.tool.number, machine.tool.offset) == ("Grinder 7", 12, 1)
+    assert machine.numbers.inverse_time_per_min == (0.001, 9999.999)
+    for text, fault in (
+        ('control = "okuma"', r"my\.toml', control = 'okuma' is not a known control: choose from linuxcnc"),
+        ('control = "fanuc"\n[tool]\nnumbr = 2', r"tool\.numbr = 2 is not a key of a machine file: did you mean"),
+        ('control = "fanuc"\n[tool]\nnumber = 0', r"tool\.number = 0 must be >= 1: give 1 to 9999"),
+        ('control = "fanuc"\n[axes]\nx_mm = [5.0, 1.0]', r"axes\.x_mm = \[5\.0, 1\.0\] is no rising range"),
+        ('control = "fanuc"\n[blocks]\ntool = ["T{wheel}"]', r"blocks\.tool = 'T\{wheel\}' has an unknown place"),
+        ("control = ", r"cannot be read"),
+    ):
+        mine.write_text(text, encoding="utf-8")
+        with pytest.raises(ExportError, match=fault):
+            read_machine(mine)
+
+
+@pytest.mark.parametrize(
+    ("change", "finding"),
+    [
+        ("[blocks]\nspindle_on = []", "without spindle"),
+        ("[blocks]\nspindle_off = []", "is not off and retracted"),
+        ("[blocks]\ntool = []", "without spindle, tool"),
+        ('[blocks]\nend = ["M48", "M30"]', "'M48' is no known word"),
+        ('[blocks]\nend = ["G28 X0"]', "'G28' is no known word"),
+        ("[axes]\nx_mm = [-60.0, 60.0]", "leaves the travel of X"),
+        ("[numbers]\nfeed_mm_per_min = [600.0, 9999.0]", ""),
+    ],
+)
+def test_a_program_that_breaks_a_rule_of_its_machine_is_refused(
+    rv40e_record: DesignRecord, tmp_path: Path, change: str, finding: str
+) -> None:
+    mine = tmp_path / "my.toml"
+    mine.write_text(f'control = "fanuc"\n{change}\n', encoding="utf-8")
+    record = record_with(
+        rv40e_record, rv40e_record.profile, (), machine=str(mine), wheel_compensation="G41", wheel_radius_mm=2.5
+    )
+    if not finding:
+        # A feed below the range is raised to it.
+        GcodeExporter().write(record, tmp_path)
+        assert " F600\n" in (tmp_path / "grinding.nc").read_text(encoding="ascii")
+        return
+    with pytest.raises(ExportError, match=re.escape(finding)):
+        GcodeExporter().write(record, tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "finding"),
+    [
+        ("G0 Z30.00000\n(PASS", "(PASS", "rapid move"),
+        ("M9\nM5", "G0 X0.00000 Y0.00000 Z5.00000\nM9\nM5", "rapid move"),
+        ("G1 Z-1.00000 F500\nG41.1 D5.00000\n", "G41.1 D5.00000\nG1 Z-1.00000 F500\n", ""),
+        ("G2 X", "G1 Z2.00000\nG2 X", "plunges into the blank"),
+        ("T1 M6", "T1 M6 Q7", "is no known word"),
+        ("G1 Z-1.00000 F500", "G1 Z-1.0000001 F500", "more than the 5 decimals"),
+    ],
+)
+def test_a_program_changed_by_hand_is_refused(
+    rv40e_record: DesignRecord, tmp_path: Path, old: str, new: str, finding: str
+) -> None:
+    record = record_with(rv40e_record, rv40e_record.profile, (), wheel_compensation="G41", wheel_radius_mm=2.5)
+    GcodeExporter().write(record, tmp_path)
+    text = (tmp_path / "grinding.nc").read_text(encoding="ascii")
+    assert old in text
+    machine = machine_of(record.spec.export)
+    tip = float(np.max(np.abs(record.profile.at(np.pi * (2.0 * np.arange(39) + 1.0)).position)))
+
+    def check(changed: str) -> None:
+        check_grinding(interpret(changed, machine), machine, Blank(tip + 0.015, 10.0), 2.5, "grinding.nc")
+
+    check(text)
+    changed = text.replace(old, new, 1)
+    if not finding:
+        # Switched on the way down, still in air.
+        check(changed)
+        return
+    with pytest.raises(ExportError, match=finding):
+        check(changed)

@@ -22,8 +22,7 @@ from scipy.spatial import cKDTree
 
 from cycloid_profile.design import DesignRecord
 from cycloid_profile.export.dxf import DxfExporter
-from cycloid_profile.export.nc import GcodeExporter
-from cycloid_profile.export.nc.dialects import LINUXCNC
+from cycloid_profile.export.nc import GcodeExporter, post_of
 from cycloid_profile.export.points import CmmExporter, ProfileCsvExporter
 
 TOLERANCE = 5e-5
@@ -60,21 +59,26 @@ def test_profile_csv_obeys_its_contract(rv40e_record: DesignRecord, exact: Exact
     assert rotated + 39 * np.sum(exact.corner_turns()) == pytest.approx(-2.0 * math.pi, abs=0.1)
 
 
-def test_dxf_is_one_cubic_spline_of_control_vertices(
+def test_dxf_is_a_cubic_spline_of_control_vertices_for_each_flank(
     rv40e_record: DesignRecord, exact: ExactCurve, tmp_path: Path
 ) -> None:
     (written,) = DxfExporter().write(rv40e_record, tmp_path)
-    ((degree, flags, knots, control),) = read_dxf_splines(tmp_path / "profile.dxf", "PROFILE")
-    assert degree == 3
-    assert flags & 1 == 0, "the closed flag makes several readers drop the curve"
-    assert len(knots) == len(control) + degree + 1
-    assert np.array_equal(control[0], control[-1])
-    off = exact.distance(sample_spline(degree, knots, control))
+    splines = read_dxf_splines(tmp_path / "profile.dxf", "PROFILE")
+    for degree, flags, knots, control in splines:
+        assert degree == 3
+        assert flags & 1 == 0, "the closed flag makes several readers drop the curve"
+        assert len(knots) == len(control) + degree + 1
+    # One chain: each begins at the end of the previous one.
+    assert all(np.array_equal(one[3][0], splines[k - 1][3][-1]) for k, one in enumerate(splines))
+    off = exact.distance(
+        np.concatenate([sample_spline(degree, knots, control) for degree, _, knots, control in splines])
+    )
     assert np.max(off) <= TOLERANCE
     assert written.deviation is not None
     assert written.deviation.largest == pytest.approx(np.max(off), rel=0.1)
     # and in the other direction: no part of the curve is missing
-    gap, _ = cKDTree(sample_spline(degree, knots, control, 12)).query(exact.points[::37])
+    fine = np.concatenate([sample_spline(degree, knots, control, 12) for degree, _, knots, control in splines])
+    gap, _ = cKDTree(fine).query(exact.points[::37])
     assert np.max(gap) < 0.05  # mm along the curve between samples
     assert "$INSUNITS" in (tmp_path / "profile.dxf").read_text()
 
@@ -85,7 +89,7 @@ def test_nc_program_follows_the_tooth(rv40e_record: DesignRecord, exact: ExactCu
     assert codes[0] == "G0"
     assert set(codes[1:]) <= {"G1", "G2", "G3"}
     contour = points[3:-2].reshape(-1, 2)
-    assert np.max(exact.distance(contour)) <= TOLERANCE + LINUXCNC.rounding
+    assert np.max(exact.distance(contour)) <= TOLERANCE + post_of(rv40e_record.spec.export).rounding
     # Lead-in and lead-out stay outside the tooth: nearer to the disc's centre would be a gouge.
     tip = np.max(np.hypot(*exact.points.T))
     assert np.min(np.hypot(*points[[1, 2, -2, -1]].reshape(-1, 2).T)) >= tip - 1e-4

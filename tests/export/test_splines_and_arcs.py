@@ -52,7 +52,7 @@ def test_spline_error_falls_with_the_expected_order(degree: int, order: float) -
     tolerances = 10.0 ** -np.arange(5, 10) if degree == 5 else 10.0 ** -np.arange(4, 8)
     spans, errors = [], []
     for tolerance in tolerances:
-        (piece,) = lobe_splines(THEORY, degree, tolerance)
+        piece, _ = lobe_splines(THEORY, degree, tolerance)
         spans.append(len(np.unique(piece.knots)) - 1)
         errors.append(float(np.max(np.abs(distances(THEORY, piece.dense())))))
     slope = -np.polyfit(np.log(spans), np.log(errors), 1)[0]
@@ -68,9 +68,23 @@ def test_arc_error_falls_with_the_third_order() -> None:
     assert slope == pytest.approx(3.0, abs=0.3)
 
 
-def test_compensated_lobe_is_split_at_its_corners() -> None:
-    assert len(lobe_splines(THEORY, 3, 1e-4)) == 1
-    assert len(lobe_splines(COMPENSATED, 3, 1e-4)) == 2
+@pytest.mark.parametrize("profile", [THEORY, COMPENSATED], ids=["theory", "compensated"])
+def test_splines_are_split_at_every_tip_and_root_and_chain_bitwise(profile: ToothProfile) -> None:
+    pieces = disc_splines(profile, 3, 1e-4)
+    assert len(pieces) == 2 * profile.trochoid.lobes
+    starts = np.array([piece.control_points[0] for piece in pieces])
+    ends = np.array([piece.control_points[-1] for piece in pieces])
+    assert np.array_equal(starts, np.roll(ends, 1))
+    at_root, at_tip = abs(profile.at(0.0).position), abs(profile.at(math.pi).position)
+    assert np.allclose(np.abs(starts), np.tile([at_root, at_tip], profile.trochoid.lobes), atol=2e-9)
+
+
+def test_bezier_curves_are_the_spline() -> None:
+    piece, _ = lobe_splines(COMPENSATED, 3, 1e-4)
+    edges = np.unique(piece.knots)
+    t = 0.3
+    basis = np.array([(1 - t) ** 3, 3 * t * (1 - t) ** 2, 3 * t**2 * (1 - t), t**3])
+    assert np.allclose(piece.beziers() @ basis, piece.at(edges[:-1] + t * np.diff(edges)), atol=1e-12)
 
 
 def test_a_tolerance_out_of_reach_is_refused() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import ctypes
 import uuid
 from dataclasses import dataclass, replace
@@ -14,10 +15,12 @@ from cycloid_profile._display import Described
 from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
 from cycloid_profile.design import DesignRecord
 from cycloid_profile.errors import ExportError, GeometryError
-from cycloid_profile.export.curves import chord_points, deviation_both_ways
+from cycloid_profile.export.cad.parts import PrintOffsets
+from cycloid_profile.export.curves import chain_of, chord_points, deviation_both_ways, offset_left
 from cycloid_profile.export.writing import SingleFileExporter, WrittenFile, lib3mf, plain_name, read_back_error
-from cycloid_profile.geometry import DiscOutline
+from cycloid_profile.geometry import Arc, Contour, DiscOutline, Line, circular_contour
 from cycloid_profile.modification import Equidistant, modify
+from cycloid_profile.spec.model import Spec
 from cycloid_profile.units import UM
 
 _POINTS_PER_CHORD = 5  # the deviation of a chord is largest in its middle
@@ -109,10 +112,10 @@ class MeshExporter(SingleFileExporter[DesignRecord]):
         """
         library = lib3mf()
         settings = source.spec.export.print
-        outline = printed(source.outline, settings.flank_offset_um * UM)
+        outline = printed(source.outline, print_offsets(source.spec))
         mesh = extruded(outline, source.drive.disc_width, settings.chord_um * UM)
-        _write(library, mesh, plain_name(source.spec.name), path, self.format)
-        back = _read(library, path, self.format)
+        write_mesh(library, mesh, plain_name(source.spec.name), path, self.format)
+        back = read_mesh(library, path, self.format)
         if gaps := open_edges(back):
             raise read_back_error("mesh", path, f"read back with {gaps} open edges")
         found = deviation_both_ways(outline.profile, tooth_chords(back))
@@ -121,8 +124,19 @@ class MeshExporter(SingleFileExporter[DesignRecord]):
         return self.measured(settings.chord_um * UM + rounding, found, "lib3mf", entities)
 
 
-def printed(outline: DiscOutline, offset: float) -> DiscOutline:
-    """The outline with the tooth set back by ``offset`` [mm], exact. Raises ``ExportError`` for an undercut."""
+def print_offsets(spec: Spec) -> PrintOffsets:
+    """The offsets of ``[export.print]``."""
+    settings = spec.export.print
+    return PrintOffsets(settings.flank_offset_um * UM, settings.hole_offset_um * UM, settings.seat_offset_um * UM)
+
+
+def printed(outline: DiscOutline, offsets: PrintOffsets) -> DiscOutline:
+    """The outline with tooth and openings set back by the offsets of flanks and holes, exact.
+
+    Raises ``ExportError`` for an undercut tooth, or an opening whose corners do not take the offset.
+    """
+    outline = replace(outline, contours=tuple(enlarged(contour, offsets.hole) for contour in outline.contours))
+    offset = offsets.flank
     if offset == 0.0:
         return outline
     try:
@@ -133,7 +147,33 @@ def printed(outline: DiscOutline, offset: float) -> DiscOutline:
         ) from None
 
 
-def _write(library: Any, mesh: Mesh, name: str, path: Path, kind: str) -> None:
+def enlarged(contour: Contour, offset: float) -> Contour:
+    """An opening with ``offset`` removed all round, exact; negative adds material [mm].
+
+    Raises ``ExportError`` where an arc of the opening is smaller than the offset.
+    """
+    if offset == 0.0:
+        return contour
+    arc, chain = contour.full_circle_arc, chain_of(contour)
+    if arc is not None and arc.radius + offset > 0.0:
+        return circular_contour(contour.name, arc.centre, arc.radius + offset)
+    # The opening lies to the left of its contour, the material to the right.
+    moved = offset_left(chain.reversed(), offset).reversed() if offset > 0.0 else offset_left(chain, -offset)
+    segments: list[Line | Arc] = []
+    for start, end, curvature, centre in zip(
+        moved.ends[:-1].tolist(), moved.ends[1:].tolist(), moved.curvature.tolist(), moved.centres.tolist(), strict=True
+    ):
+        if curvature == 0.0:
+            segments.append(Line(start, end))
+        else:
+            sweep = cmath.phase((end - centre) / (start - centre))
+            first = cmath.phase(start - centre)
+            segments.append(Arc(centre, 1.0 / abs(curvature), first, first + sweep))
+    return Contour(contour.name, tuple(segments))
+
+
+def write_mesh(library: Any, mesh: Mesh, name: str, path: Path, kind: str) -> None:
+    """Write one body of the given ``name``; ``kind`` is "3mf" or "stl"."""
     wrapper = library.get_wrapper()
     model = wrapper.CreateModel()
     model.SetUnit(library.ModelUnit.MilliMeter)
@@ -151,10 +191,12 @@ def _write(library: Any, mesh: Mesh, name: str, path: Path, kind: str) -> None:
     model.SetBuildUUID(_uuid("build"))
     writer = model.QueryWriter(kind)
     writer.SetDecimalPrecision(_DIGITS)
-    writer.WriteToFile(str(path))
+    # The library ends the whole process where it cannot write a file, as on a full disk.
+    path.write_bytes(bytes(writer.WriteToBuffer()))
 
 
-def _read(library: Any, path: Path, kind: str) -> Mesh:
+def read_mesh(library: Any, path: Path, kind: str) -> Mesh:
+    """The single body in a file. Raises ``ExportError`` if there are more."""
     model = library.get_wrapper().CreateModel()
     model.QueryReader(kind).ReadFromFile(str(path))
     bodies = model.GetMeshObjects()

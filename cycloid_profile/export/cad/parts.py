@@ -1,6 +1,7 @@
 """The parts of a stage as plates and cylinders with their placements, without the CAD kernel.
 
-Pose: crank at angle 0, pin 1 in a root of disc 1 on the x axis, crank holes of the discs aligned with the carrier's.
+Pose at crank angle 0: pin 1 in a root of disc 1 on the x axis, crank holes of the discs aligned with the carrier's. At
+the angle φ the cranks are turned by φ, the carrier by −φ/z_c against the pins, which stay.
 Discs are stacked along z, the first lowest. Parts without data in the spec (ring, shafts, bearings, plates) have sizes
 that fit the assembly; they are not designed.
 """
@@ -53,6 +54,27 @@ class StagePart:
 
 
 @dataclass(frozen=True, slots=True)
+class PrintOffsets:
+    """Material removed from flanks, round holes and openings, and seats of printed parts [mm]."""
+
+    flank: float = 0.0
+    hole: float = 0.0
+    seat: float = 0.0
+
+
+AS_DESIGNED = PrintOffsets()
+
+
+@dataclass(frozen=True, slots=True)
+class OutputPins:
+    """Pins of the output: ``roller_radius`` of what runs in the holes of the discs, and ``pin_radius`` of the pin
+    inside the roller, None for a plain pin [mm]."""
+
+    roller_radius: float
+    pin_radius: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class CadMaterial:
     """Material of a part as named in a CAD file."""
 
@@ -61,7 +83,7 @@ class CadMaterial:
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class CadPart:
     """A solid of the kernel with its ``colour`` (red, green, blue in 0…1), ``material`` and ``placements``."""
 
     name: str
@@ -101,12 +123,12 @@ class Stack:
         return Slab(circular_contour("edge", 0j, radius), -self.plate, self.height + self.plate)
 
 
-def disc_placements(drive: Drive) -> tuple[Placement, ...]:
-    """Placement of each disc with the crank at angle 0: shifted by its eccentricity and rotated to match.
+def disc_placements(drive: Drive, crank_angle: float = 0.0) -> tuple[Placement, ...]:
+    """Placement of each disc at ``crank_angle`` [rad]: shifted by its eccentricity and rotated to match.
 
     Disc j leads by 2πj/n, so its teeth are rotated by −2πj/(n z_c) (docs/theory.md, Eqs. 19–20).
     """
-    ahead = [2.0 * math.pi * j / drive.discs for j in range(drive.discs)]
+    ahead = [crank_angle + 2.0 * math.pi * j / drive.discs for j in range(drive.discs)]
     return tuple(
         Placement(
             f"disc {j + 1}",
@@ -119,31 +141,51 @@ def disc_placements(drive: Drive) -> tuple[Placement, ...]:
 
 
 def mounted(outline: DiscOutline, placement: Placement) -> DiscOutline:
-    """The outline of the disc at ``placement``: openings aligned with disc 1, teeth rotated against them."""
+    """The outline of the disc at ``placement`` of crank angle 0: openings aligned with disc 1, teeth rotated against
+    them."""
     contours = tuple(contour.rotated(-placement.rotation, contour.name) for contour in outline.contours)
     return DiscOutline(outline.profile, contours)
 
 
-def stage_parts(drive: Drive, outline: DiscOutline) -> tuple[StagePart, ...]:
-    """All parts except the discs: pins, pin ring, shafts with eccentrics, bearings, output pins, carrier plates."""
+def stage_parts(
+    drive: Drive,
+    outline: DiscOutline,
+    crank_angle: float = 0.0,
+    offsets: PrintOffsets = AS_DESIGNED,
+    output: OutputPins | None = None,
+) -> tuple[StagePart, ...]:
+    """All parts except the discs at ``crank_angle`` [rad]: pins, pin ring, shafts with eccentrics, bearings, output
+    rollers and pins, carrier plates.
+
+    ``offsets`` are removed from seats and holes; ``output`` sizes default to plain pins that fill the output holes.
+    """
     axes: list[complex] = [0j]
     if isinstance(drive.support, Cranks):
         count, circle_radius = drive.support.count, drive.support.circle_radius
         axes = [cmath.rect(circle_radius, 2.0 * math.pi * i / count) for i in range(count)]
-    parts = [_pins(drive), _pin_ring(drive, outline)]
+    parts = [_pins(drive), _pin_ring(drive, outline, offsets.seat)]
+    carrier = -crank_angle / drive.trochoid.lobes
     held: list[tuple[complex, float]] = []
     hole = bearing_radius(outline)
     if hole > 0.0:
         shaft = max(_SHAFT[0] * hole, min(_SHAFT[1] * hole, _RACE * hole - drive.trochoid.eccentricity))
-        parts += [_shafts(drive, axes, hole, shaft), _bearings(drive, axes, hole)]
+        parts += [
+            _shafts(drive, axes, hole, shaft, crank_angle),
+            _bearings(drive, axes, hole, crank_angle, offsets.hole),
+        ]
         held += [(axis, shaft) for axis in axes]
     rings = [hole for hole in outline.holes if hole.name.startswith("output hole")]
-    pin_radius = rings[0].radius - drive.trochoid.eccentricity if rings else 0.0
-    if pin_radius > 0.0:
-        placements = _numbered("output pin", [hole.centre for hole in rings])
+    if output is None and rings and rings[0].radius > drive.trochoid.eccentricity:
+        output = OutputPins(rings[0].radius - drive.trochoid.eccentricity)
+    if output is not None:
+        centres = [hole.centre for hole in rings]
+        if output.pin_radius is not None:
+            parts.append(_rollers(drive, centres, output, carrier, offsets.hole))
+        pin_radius = output.roller_radius if output.pin_radius is None else output.pin_radius
+        placements = _numbered("output pin", centres, carrier)
         parts.append(StagePart("output pin", (Stack(drive).through_bar(pin_radius),), placements))
-        held += [(placement.shift, pin_radius) for placement in placements]
-    return (*parts, _plates(drive, outline, held))
+        held += [(centre, pin_radius) for centre in centres]
+    return (*parts, _plates(drive, outline, held, carrier, offsets.seat))
 
 
 def ring_bore(pins: int, pin_circle: float, pin_radius: float, inner: float) -> Contour:
@@ -161,8 +203,10 @@ def ring_bore(pins: int, pin_circle: float, pin_radius: float, inner: float) -> 
     return Contour("bore", tuple(segments))
 
 
-def _numbered(name: str, centres: Sequence[complex]) -> tuple[Placement, ...]:
-    return tuple(Placement(f"{name} {i + 1}", centre) for i, centre in enumerate(centres))
+def _numbered(name: str, centres: Sequence[complex], turn: float = 0.0, own: float = 0.0) -> tuple[Placement, ...]:
+    """Placements at ``centres`` turned about the origin by ``turn``, each turned by ``own`` about itself [rad]."""
+    spots = [centre * cmath.rect(1.0, turn) for centre in centres]
+    return tuple(Placement(f"{name} {i + 1}", spot, rotation=own) for i, spot in enumerate(spots))
 
 
 def _pins(drive: Drive) -> StagePart:
@@ -173,42 +217,63 @@ def _pins(drive: Drive) -> StagePart:
     )
 
 
-def _pin_ring(drive: Drive, outline: DiscOutline) -> StagePart:
+def _pin_ring(drive: Drive, outline: DiscOutline, seat_offset: float) -> StagePart:
     """A ring with a groove for each pin, clear of the orbiting discs."""
     pin_circle, radius = drive.trochoid.pin_circle_radius, drive.pin_radius
     inner = max(pin_circle, outline.tip_radius + drive.trochoid.eccentricity + _CLEARANCE * radius)
-    bore = ring_bore(drive.trochoid.pins, pin_circle, radius, inner)
+    bore = ring_bore(drive.trochoid.pins, pin_circle, radius + seat_offset, inner)
     outer = circular_contour("edge", 0j, 1.1 * max(pin_circle + radius, inner))
     return StagePart("pin ring", (Slab(outer, 0.0, Stack(drive).height, (bore,)),), (Placement("pin ring"),))
 
 
-def _shafts(drive: Drive, axes: Sequence[complex], hole: float, radius: float) -> StagePart:
+def _shafts(drive: Drive, axes: Sequence[complex], hole: float, radius: float, crank_angle: float) -> StagePart:
     stack = Stack(drive)
     eccentrics = (
         Slab(circular_contour("edge", disc.shift, _RACE * hole), disc.height, disc.height + drive.disc_width)
         for disc in disc_placements(drive)
     )
-    return StagePart("crank shaft", (stack.through_bar(radius), *eccentrics), _numbered("crank shaft", axes))
+    placements = _numbered("crank shaft", axes, -crank_angle / drive.trochoid.lobes, crank_angle)
+    return StagePart("crank shaft", (stack.through_bar(radius), *eccentrics), placements)
 
 
-def _bearings(drive: Drive, axes: Sequence[complex], hole: float) -> StagePart:
-    ring = Slab(
-        circular_contour("edge", 0j, hole), 0.0, drive.disc_width, (circular_contour("bore", 0j, _RACE * hole),)
-    )
+def _rollers(
+    drive: Drive, centres: Sequence[complex], output: OutputPins, carrier: float, hole_offset: float
+) -> StagePart:
+    bore = circular_contour("bore", 0j, (output.pin_radius or 0.0) + hole_offset)
+    ring = Slab(circular_contour("edge", 0j, output.roller_radius), 0.0, drive.disc_width, (bore,))
     placements = tuple(
-        Placement(f"crank bearing {i + 1}.{j + 1}", axis + disc.shift, disc.height)
+        Placement(f"output roller {i + 1}.{j + 1}", centre * cmath.rect(1.0, carrier), Stack(drive).low(j))
+        for i, centre in enumerate(centres)
+        for j in range(drive.discs)
+    )
+    return StagePart("output roller", (ring,), placements)
+
+
+def _bearings(drive: Drive, axes: Sequence[complex], hole: float, crank_angle: float, hole_offset: float) -> StagePart:
+    bore = circular_contour("bore", 0j, _RACE * hole + hole_offset)
+    ring = Slab(circular_contour("edge", 0j, hole), 0.0, drive.disc_width, (bore,))
+    carrier = cmath.rect(1.0, -crank_angle / drive.trochoid.lobes)
+    placements = tuple(
+        Placement(f"crank bearing {i + 1}.{j + 1}", axis * carrier + disc.shift, disc.height)
         for i, axis in enumerate(axes)
-        for j, disc in enumerate(disc_placements(drive))
+        for j, disc in enumerate(disc_placements(drive, crank_angle))
     )
     return StagePart("crank bearing", (ring,), placements)
 
 
-def _plates(drive: Drive, outline: DiscOutline, held: Sequence[tuple[complex, float]]) -> StagePart:
+def _plates(
+    drive: Drive, outline: DiscOutline, held: Sequence[tuple[complex, float]], turn: float, seat_offset: float
+) -> StagePart:
     """Round plates at both ends of the stack, bored for the shafts and pins they hold."""
     stack = Stack(drive)
-    openings = tuple(circular_contour(f"seat {i + 1}", centre, radius) for i, (centre, radius) in enumerate(held))
+    openings = tuple(
+        circular_contour(f"seat {i + 1}", centre, radius + seat_offset) for i, (centre, radius) in enumerate(held)
+    )
     reach = max((abs(centre) + 1.2 * radius for centre, radius in held), default=0.0)
     edge = circular_contour("edge", 0j, max(outline.root_radius - drive.trochoid.eccentricity, reach))
     slab = Slab(edge, 0.0, stack.plate, openings)
-    placements = (Placement("carrier plate 1", height=-stack.plate), Placement("carrier plate 2", height=stack.height))
+    placements = (
+        Placement("carrier plate 1", height=-stack.plate, rotation=turn),
+        Placement("carrier plate 2", height=stack.height, rotation=turn),
+    )
     return StagePart("carrier plate", (slab,), placements)

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from cycloid_profile.contact.laws import STEEL
-from cycloid_profile.design import DesignRecord
+from cycloid_profile.design import DesignRecord, output_sizes
+from cycloid_profile.export.cad.areas import measures_of
 from cycloid_profile.export.cad.parts import (
+    AS_DESIGNED,
     CadMaterial,
-    Part,
+    CadPart,
+    OutputPins,
     Placement,
+    PrintOffsets,
     StagePart,
     disc_placements,
     mounted,
@@ -20,8 +25,9 @@ from cycloid_profile.export.cad.parts import (
 )
 from cycloid_profile.export.curves import FIT_SHARE, SplinePiece, deviation_both_ways, disc_splines
 from cycloid_profile.export.writing import SingleFileExporter, WrittenFile, plain_name, require_cad_kernel
+from cycloid_profile.geometry import DiscOutline
 from cycloid_profile.spec.model import MaterialSpec
-from cycloid_profile.units import GPA, UM
+from cycloid_profile.units import DEGREE, GPA, UM
 
 _DISC_COLOUR = (0.70, 0.75, 0.80)
 _COLOURS = {
@@ -30,6 +36,7 @@ _COLOURS = {
     "crank shaft": (0.55, 0.35, 0.30),
     "crank bearing": (0.90, 0.90, 0.85),
     "output pin": (0.35, 0.55, 0.40),
+    "output roller": (0.75, 0.70, 0.55),
     "carrier plate": (0.40, 0.55, 0.70),
 }
 _SHADE = 0.1
@@ -49,17 +56,16 @@ class StepExporter(SingleFileExporter[DesignRecord]):
         Raises ``LibraryMissing``, or ``ExportError`` if the solid read back is not valid and closed.
         """
         require_cad_kernel()
-        from cycloid_profile.export.cad import _opencascade as kernel
+        from cycloid_profile.export.cad import _solids as kernel
 
-        tolerance, splines = _tooth(source)
-        solid = kernel.plate(splines, source.outline.contours, 0.0, source.drive.disc_width)
-        part = Part(plain_name(source.spec.name), solid, _DISC_COLOUR, cad_material(source.spec.materials.disc))
+        tolerance, part = source.spec.export.chord_tolerance_um * UM, _disc_part(source)
         kernel.write_part(part, path, source.spec.export.step.schema)
         (disc,) = kernel.sound_solids(kernel.read_shape(path), path, 1)
         edges, holes, faces = kernel.top_edges(disc)
         found = deviation_both_ways(source.profile, kernel.points_on(edges))
         counts = {"solids": 1, "faces": faces, "tooth_edges": len(edges), "holes": holes}
-        return self.measured(tolerance, found, "OpenCascade, valid closed solid", counts)
+        file = self.measured(tolerance, found, "OpenCascade, valid closed solid", counts)
+        return replace(file, measures=measures_of(source, kernel.top_area(disc)))
 
 
 @dataclass(frozen=True)
@@ -75,12 +81,11 @@ class StepAssemblyExporter(SingleFileExporter[DesignRecord]):
         Raises ``LibraryMissing``, or ``ExportError`` if a solid read back is not valid and closed.
         """
         require_cad_kernel()
-        from cycloid_profile.export.cad import _opencascade as kernel
+        from cycloid_profile.export.cad import _solids as kernel
 
-        tolerance, splines = _tooth(source)
-        placements = disc_placements(source.drive)
-        discs = [_disc(source, splines, placement, j) for j, placement in enumerate(placements)]
-        parts = (*discs, *(_part(source, part) for part in stage_parts(source.drive, source.outline)))
+        tolerance = source.spec.export.chord_tolerance_um * UM
+        angle = source.spec.export.step.crank_angle_deg * DEGREE
+        placements, parts = disc_placements(source.drive, angle), _stage(source, angle)
         kernel.write_assembly(plain_name(source.spec.name), parts, path, source.spec.export.step.schema)
         count = sum(len(part.placements) for part in parts)
         # Solids are read in the order of the parts, which begins with the discs.
@@ -95,27 +100,83 @@ class StepAssemblyExporter(SingleFileExporter[DesignRecord]):
         return self.measured(tolerance, worst, "OpenCascade, valid closed solids in place", counts)
 
 
-def _tooth(record: DesignRecord) -> tuple[float, tuple[SplinePiece, ...]]:
-    """Tolerance [mm] and splines of the tooth."""
+def to_build123d(record: DesignRecord) -> Any:
+    """The disc as a ``Part`` of build123d, with its label and colour, to model on with.
+
+    Raises ``LibraryMissing`` where build123d cannot be imported.
+    """
+    require_cad_kernel()
+    from cycloid_profile.export.cad import _solids as kernel
+
+    return kernel.model(_disc_part(record))
+
+
+def stage_to_build123d(record: DesignRecord, crank_angle: float = 0.0) -> Any:
+    """The whole stage at ``crank_angle`` [rad] as a ``Compound`` of build123d, a child for every part in its place.
+
+    Raises ``LibraryMissing`` where build123d cannot be imported.
+    """
+    require_cad_kernel()
+    from cycloid_profile.export.cad import _solids as kernel
+
+    return kernel.assembly(plain_name(record.spec.name), _stage(record, crank_angle))
+
+
+def _disc_part(record: DesignRecord) -> CadPart:
+    from cycloid_profile.export.cad import _solids as kernel
+
+    solid = kernel.plate(_tooth(record), record.outline.contours, 0.0, record.drive.disc_width)
+    return CadPart(plain_name(record.spec.name), solid, _DISC_COLOUR, cad_material(record.spec.materials.disc))
+
+
+def _stage(record: DesignRecord, crank_angle: float) -> tuple[CadPart, ...]:
+    """All parts at ``crank_angle`` [rad], the discs first."""
+    splines = _tooth(record)
+    placements = disc_placements(record.drive, crank_angle)
+    outlines = [mounted(record.outline, placement) for placement in disc_placements(record.drive)]
+    discs = [
+        _disc(record, splines, outline, placement, j)
+        for j, (outline, placement) in enumerate(zip(outlines, placements, strict=True))
+    ]
+    return (*discs, *(cad_part(record, part) for part in parts_of(record, crank_angle)))
+
+
+def _tooth(record: DesignRecord) -> tuple[SplinePiece, ...]:
     tolerance = record.spec.export.chord_tolerance_um * UM
-    return tolerance, disc_splines(record.profile, record.spec.export.step.degree, FIT_SHARE * tolerance)
+    return disc_splines(record.profile, record.spec.export.step.degree, FIT_SHARE * tolerance)
 
 
-def _disc(record: DesignRecord, splines: tuple[SplinePiece, ...], placement: Placement, number: int) -> Part:
-    from cycloid_profile.export.cad import _opencascade as kernel
+def parts_of(
+    record: DesignRecord, crank_angle: float = 0.0, offsets: PrintOffsets = AS_DESIGNED
+) -> tuple[StagePart, ...]:
+    """The parts of a design except its discs, at ``crank_angle`` [rad]; see ``stage_parts``."""
+    sizes, holes = output_sizes(record.spec), record.spec.disc.output_holes
+    output = None if sizes is None or holes is None else OutputPins(sizes[1], holes.pin_radius_mm)
+    return stage_parts(record.drive, record.outline, crank_angle, offsets, output)
 
-    solid = kernel.plate(splines, mounted(record.outline, placement).contours, 0.0, record.drive.disc_width)
+
+def _disc(
+    record: DesignRecord, splines: tuple[SplinePiece, ...], outline: DiscOutline, placement: Placement, number: int
+) -> CadPart:
+    from cycloid_profile.export.cad import _solids as kernel
+
+    solid = kernel.plate(splines, outline.contours, 0.0, record.drive.disc_width)
     # Parts of equal colour would share its entity, in an order that changes between runs.
     red, green, blue = (channel * (1.0 - _SHADE * number) for channel in _DISC_COLOUR)
-    return Part(placement.name, solid, (red, green, blue), cad_material(record.spec.materials.disc), (placement,))
+    return CadPart(placement.name, solid, (red, green, blue), cad_material(record.spec.materials.disc), (placement,))
 
 
-def _part(record: DesignRecord, part: StagePart) -> Part:
-    from cycloid_profile.export.cad import _opencascade as kernel
+def cad_part(record: DesignRecord, part: StagePart) -> CadPart:
+    """The solid of a part with its colour and material; the CAD kernel must be there."""
+    from cycloid_profile.export.cad import _solids as kernel
 
     solid = kernel.joined_solid([kernel.plate(slab.edge, slab.openings, slab.low, slab.high) for slab in part.slabs])
-    material = cad_material(record.spec.materials.pin) if part.kind == "pin" else _SIZED_TO_FIT
-    return Part(part.kind, solid, _COLOURS[part.kind], material, part.placements)
+    return CadPart(part.kind, solid, _COLOURS[part.kind], part_material(record, part), part.placements)
+
+
+def part_material(record: DesignRecord, part: StagePart) -> CadMaterial:
+    """Material of a part: that of the pins in the spec for pins, else unnamed."""
+    return cad_material(record.spec.materials.pin) if part.kind == "pin" else _SIZED_TO_FIT
 
 
 def cad_material(material: MaterialSpec) -> CadMaterial:

@@ -7,6 +7,12 @@ from cycloid_profile.export.curves.audit import distances as distances
 from cycloid_profile.export.curves.biarc import Arcs as Arcs
 from cycloid_profile.export.curves.biarc import disc_arcs as disc_arcs
 from cycloid_profile.export.curves.biarc import lobe_arcs as lobe_arcs
+from cycloid_profile.export.curves.chain import chain_of as chain_of
+from cycloid_profile.export.curves.chain import distance_to_chain as distance_to_chain
+from cycloid_profile.export.curves.chain import intersection as intersection
+from cycloid_profile.export.curves.chain import nearest_length as nearest_length
+from cycloid_profile.export.curves.chain import offset_left as offset_left
+from cycloid_profile.export.curves.chain import stretch as stretch
 from cycloid_profile.export.curves.curve_pieces import Piece as Piece
 from cycloid_profile.export.curves.curve_pieces import ProfileSource as ProfileSource
 from cycloid_profile.export.curves.curve_pieces import SpecifiedProfile as SpecifiedProfile

@@ -1,4 +1,4 @@
-"""B-splines of certified deviation through a tooth, one smooth piece at a time (docs/exports.md).
+"""B-splines of certified deviation through a tooth, one flank at a time (docs/exports.md).
 
 Nodes are spaced by |dP/dψ|^0.6, which gave far smaller deviations than equal phase or equal arc. The end derivatives
 of each piece are those of the curve, so that neighbouring pieces join smoothly wherever the curve is smooth.
@@ -7,14 +7,14 @@ of each piece are those of the curve, so that neighbouring pieces join smoothly 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from cycloid_profile._display import Described
 from cycloid_profile.arrays import ComplexArray, FloatArray
 from cycloid_profile.export.curves.audit import distances
-from cycloid_profile.export.curves.curve_pieces import Piece, first_lobe, pieces, tolerance_error
+from cycloid_profile.export.curves.curve_pieces import Piece, flanks, tolerance_error
 from cycloid_profile.geometry import ToothPoints, ToothProfile
 
 FIT_SHARE = 0.8  # of the promised tolerance, used by the fit
@@ -28,7 +28,7 @@ _FIRST_COUNT, _GROWTH, _LARGEST_COUNT = 8, 1.12, 2000
 
 @dataclass(frozen=True, slots=True, repr=False)
 class SplinePiece(Described):
-    """A clamped B-spline over one smooth piece of a lobe, or over the whole disc.
+    """A clamped B-spline over one flank, or over the whole disc.
 
     ``knots`` with full multiplicity at both ends; ``control_points`` complex, shape (n,) [mm].
     """
@@ -49,6 +49,18 @@ class SplinePiece(Described):
         points = BSpline(self.knots, xy, self.degree)(parameter)
         return np.asarray(points[..., 0] + 1j * points[..., 1], dtype=np.complex128)
 
+    def beziers(self) -> ComplexArray:
+        """The knot spans of a cubic as exact Bézier curves: control points, shape (spans, 4) [mm]."""
+        from scipy.interpolate import BSpline
+
+        curve = BSpline(self.knots, np.stack([self.control_points.real, self.control_points.imag], axis=-1), 3)
+        edges = np.unique(self.knots)
+        points, rates = curve(edges), curve.derivative()(edges)
+        third = np.diff(edges)[:, np.newaxis] / 3.0
+        ends = (points[:-1], points[:-1] + third * rates[:-1], points[1:] - third * rates[1:], points[1:])
+        xy = np.stack(ends, axis=1)
+        return np.asarray(xy[..., 0] + 1j * xy[..., 1], dtype=np.complex128)
+
     def dense(self) -> ComplexArray:
         """Points equally spaced inside every knot span, shape (spans·7,) [mm]."""
         edges = np.unique(self.knots)
@@ -67,20 +79,24 @@ class SplinePiece(Described):
 
 
 def lobe_splines(profile: ToothProfile, degree: int, tolerance: float) -> tuple[SplinePiece, ...]:
-    """Splines of one lobe in order of phase, each within ``tolerance`` of the exact curve [mm].
+    """Splines of the two flanks of one lobe in order of phase, each within ``tolerance`` of the exact curve [mm].
 
-    Raises ``ExportError`` if the tolerance takes more than 2000 nodes per smooth piece.
+    Raises ``ExportError`` if the tolerance takes more than 2000 nodes per flank.
     """
-    return tuple(_fit(piece, degree, tolerance) for piece in first_lobe(profile))
+    return tuple(_fit(piece, degree, tolerance) for piece in flanks(profile) if piece.lobe == 0)
 
 
 def disc_splines(profile: ToothProfile, degree: int, tolerance: float) -> tuple[SplinePiece, ...]:
-    """Splines of the whole disc in order of phase, within ``tolerance`` [mm]; see ``lobe_splines``."""
+    """Splines of all flanks of the disc in order of phase, within ``tolerance`` [mm]; see ``lobe_splines``.
+
+    The curve is divided at every tip and root: CAD kernels integrate long splines inaccurately. Each piece starts
+    exactly at the last control point of the one before.
+    """
     if not profile.identical_lobes:
-        return _lobe_by_lobe(profile, degree, tolerance)
+        return _chained(_lobe_by_lobe(profile, degree, tolerance))
     lobe = lobe_splines(profile, degree, tolerance)
     lobes = profile.trochoid.lobes
-    return tuple(piece.rotated(-2.0 * math.pi * m / lobes).rounded() for m in range(lobes) for piece in lobe)
+    return _chained(tuple(piece.rotated(-2.0 * math.pi * m / lobes).rounded() for m in range(lobes) for piece in lobe))
 
 
 def joined(pieces: tuple[SplinePiece, ...]) -> SplinePiece:
@@ -97,16 +113,24 @@ def joined(pieces: tuple[SplinePiece, ...]) -> SplinePiece:
         start = end
     knots.append(np.array([start]))
     control = np.concatenate(points)
-    control[-1] = control[0]
     rounded = np.asarray(np.round(np.concatenate(knots), _DECIMALS), dtype=np.float64)
     return SplinePiece(degree, rounded, control)
+
+
+def _chained(pieces: tuple[SplinePiece, ...]) -> tuple[SplinePiece, ...]:
+    """The closed chain of ``pieces`` with bitwise equal end points, which rounding can set apart by its unit."""
+    ends = [piece.control_points[-1:] for piece in pieces]
+    return tuple(
+        replace(piece, control_points=np.concatenate([end, piece.control_points[1:]]))
+        for piece, end in zip(pieces, [ends[-1], *ends[:-1]], strict=True)
+    )
 
 
 def _lobe_by_lobe(profile: ToothProfile, degree: int, tolerance: float) -> tuple[SplinePiece, ...]:
     """Splines of every lobe; the number of nodes of lobe 1 is tried first, because lobes differ little in curvature."""
     counts = [len(np.unique(piece.knots)) - 1 for piece in lobe_splines(profile, degree, tolerance)]
     fitted = []
-    for i, piece in enumerate(pieces(profile)):
+    for i, piece in enumerate(flanks(profile)):
         curve = _interpolate(piece, degree, counts[i % len(counts)])
         fitted.append((curve if _error(curve, profile) <= tolerance else _fit(piece, degree, tolerance)).rounded())
     return tuple(fitted)

@@ -77,7 +77,7 @@ def notes(record: DesignRecord, fields: DrawingSpec, digest: str) -> tuple[str, 
     tooth, other = fields.tooth_roughness_ra_um, fields.roughness_ra_um
     given = [
         f"Tooth curve: profile.dxf or profile.csv of the same spec (sha256 {digest[:12]}).",
-        f"Root 1 on the axis through crank or output hole 1; {record.drive.trochoid.lobes} "
+        f"{_root_1(record)}; {record.drive.trochoid.lobes} "
         f"{'identical' if record.profile.identical_lobes else 'different'} lobes.",
         f"Roughness: tooth flanks {_ra(tooth)}, elsewhere {_ra(other)}.",
         f"Heat treatment: {fields.heat_treatment or '________________'}.",
@@ -85,6 +85,13 @@ def notes(record: DesignRecord, fields: DrawingSpec, digest: str) -> tuple[str, 
         "Positive modification removes material; sizes at 20 °C.",
     ]
     return (*given, *fields.notes)
+
+
+def _root_1(record: DesignRecord) -> str:
+    if not record.openings_turn:
+        return "Root 1 on the axis through crank or output hole 1"
+    turn = math.degrees(record.openings_turn)
+    return f"Disc {record.disc}: crank or output hole 1 {turn:.4f}° anticlockwise of the axis through root 1"
 
 
 def _over(check: OverRollers) -> TableRow:

@@ -123,7 +123,7 @@ def draw_contour(space: Any, contour: Contour, layer: str = "HOLES", shift: comp
 
 
 def draw_reference(space: Any, record: DesignRecord, note: str) -> None:
-    """Openings, axes, pitch circle, pins with the crank at φ = 0, and the data of the tooth below the disc."""
+    """Openings, axes, pitch circle, pins with the crank at φ = 0, and the notes below the disc."""
     trochoid, outline = record.drive.trochoid, record.outline
     a, tip = trochoid.eccentricity, outline.tip_radius
     for contour in outline.contours:
@@ -139,12 +139,18 @@ def draw_reference(space: Any, record: DesignRecord, note: str) -> None:
         centre = cmath.rect(trochoid.pin_circle_radius, 2.0 * math.pi * k / trochoid.pins) - a
         at = (round(centre.real, 9), round(centre.imag, 9))
         space.add_circle(at, record.drive.pin_radius, dxfattribs={"layer": "PINS"})
+    draw_notes(space, record, note)
+
+
+def draw_notes(space: Any, record: DesignRecord, note: str) -> None:
+    """Name and numbers of the drive below the disc, and ``note``."""
+    trochoid, tip = record.drive.trochoid, record.outline.tip_radius
     height = tip * _TEXT_PER_RADIUS
     lowest = -trochoid.pin_circle_radius - record.drive.pin_radius
     lines = (
         plain_name(record.spec.name),
         f"LOBES {trochoid.lobes}  PINS {trochoid.pins}  PIN CIRCLE R {trochoid.pin_circle_radius:g}  "
-        f"PIN R {record.drive.pin_radius:g}  ECCENTRICITY {a:g}  MM",
+        f"PIN R {record.drive.pin_radius:g}  ECCENTRICITY {trochoid.eccentricity:g}  MM",
         f"PITCH CIRCLE R {trochoid.longest_lever:g}  {note}",
     )
     for i, line in enumerate(lines):

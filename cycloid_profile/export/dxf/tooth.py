@@ -1,8 +1,8 @@
-"""DXF R2010 of the disc: the tooth as one cubic spline, or as one polyline of tangent arcs."""
+"""DXF R2010 of the disc: the tooth as cubic splines, as one polyline of tangent arcs, or as the cutter's path."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -10,21 +10,32 @@ import numpy as np
 
 from cycloid_profile.arrays import ComplexArray
 from cycloid_profile.design import DesignRecord
-from cycloid_profile.export.curves import FIT_SHARE, Arcs, SplinePiece, deviation_both_ways, disc_arcs, disc_splines
+from cycloid_profile.export.cad import plate_measures
+from cycloid_profile.export.curves import (
+    FIT_SHARE,
+    Arcs,
+    Deviation,
+    SplinePiece,
+    chain_of,
+    deviation_both_ways,
+    disc_arcs,
+    disc_splines,
+    distances,
+    offset_left,
+)
 from cycloid_profile.export.curves import joined as joined_spline
-from cycloid_profile.export.dxf.document import add_polyline, audited, draw_reference, layer_counts, new_dxf
+from cycloid_profile.export.dxf.document import add_polyline, audited, draw_notes, draw_reference, layer_counts, new_dxf
 from cycloid_profile.export.writing import SingleFileExporter, WrittenFile, read_back_error
 from cycloid_profile.units import UM
 
 _DEGREE = 3  # LibreCAD draws no higher degree
 _POINTS_PER_SPAN, _POINTS_PER_ARC = 7, 9  # measured when the file is read back
-_CLOSED = 1e-9  # mm
 _ARC_FIT_SHARE = 0.95  # of the tolerance; measured errors place the nodes of arcs, which needs little reserve
 
 
 @dataclass(frozen=True)
 class DxfExporter(SingleFileExporter[DesignRecord]):
-    """Writes ``profile.dxf``: the tooth as one cubic spline from control vertices."""
+    """Writes ``profile.dxf``: each flank as one cubic spline from control vertices, or all joined to one."""
 
     format: str = "dxf"
     filename: str = "profile.dxf"
@@ -32,12 +43,15 @@ class DxfExporter(SingleFileExporter[DesignRecord]):
     def write_file(self, source: DesignRecord, path: Path) -> WrittenFile:
         """Write, audit and read back. Raises ``ExportError`` if the file fails its audit."""
         tolerance = source.spec.export.chord_tolerance_um * UM
-        curve = joined_spline(disc_splines(source.profile, _DEGREE, FIT_SHARE * tolerance))
+        splines = disc_splines(source.profile, _DEGREE, FIT_SHARE * tolerance)
         with new_dxf(path) as space:
-            add_spline(space, curve)
+            for spline in splines if source.spec.export.dxf.tooth == "flanks" else (joined_spline(splines),):
+                add_spline(space, spline)
             draw_reference(space, source, f"SPLINE WITHIN {tolerance / UM:g} UM")
-        spans, entities = read_dxf_profile(path)
-        return self.measured(tolerance, deviation_both_ways(source.profile, spans), "ezdxf, audited", entities)
+        back, entities = read_dxf_splines(path)
+        found = deviation_both_ways(source.profile, _spans(back))
+        file = self.measured(tolerance, found, "ezdxf, audited", entities)
+        return replace(file, measures=plate_measures(source, back))
 
 
 @dataclass(frozen=True)
@@ -59,6 +73,42 @@ class ArcDxfExporter(SingleFileExporter[DesignRecord]):
         return self.measured(tolerance, found, "ezdxf, audited", entities)
 
 
+@dataclass(frozen=True)
+class OffsetDxfExporter(SingleFileExporter[DesignRecord]):
+    """Writes ``profile_offset.dxf``: the centre of a cutter round openings and teeth, as tangent arcs and lines."""
+
+    format: str = "dxf-offset"
+    filename: str = "profile_offset.dxf"
+
+    def write_file(self, source: DesignRecord, path: Path) -> WrittenFile:
+        """Write, audit and read back; the deviation is the error of the centre's distance from the tooth.
+
+        Raises ``ExportError`` if the cutter does not fit into a root or a corner.
+        """
+        tolerance = source.spec.export.chord_tolerance_um * UM
+        offset = cutter_offset(source)
+        # The outside of the teeth, which run clockwise, and the inside of the openings lie to the left.
+        paths = {
+            "PROFILE": [offset_left(disc_arcs(source.profile, _ARC_FIT_SHARE * tolerance), offset)],
+            "HOLES": [offset_left(chain_of(contour), offset) for contour in source.outline.contours],
+        }
+        with new_dxf(path) as space:
+            for layer, chains in paths.items():
+                for chain in chains:
+                    add_polyline(space, chain.ends[:-1], np.tan(0.5 * chain.half_sweeps), layer)
+            draw_notes(space, source, f"CUTTER CENTRE {offset:.7g} FROM THE OUTLINE, WITHIN {tolerance / UM:g} UM")
+        back, entities = read_dxf_arcs(path)
+        points = back.points(_POINTS_PER_ARC)
+        found = Deviation.of(points, distances(source.profile, points) - offset)
+        return self.measured(tolerance, found, "ezdxf, audited", entities)
+
+
+def cutter_offset(record: DesignRecord) -> float:
+    """From the outline to the cutter's centre [mm]: as given, or wire radius and spark gap."""
+    given, wire = record.spec.export.dxf.offset_mm, record.spec.export.wire
+    return 0.5 * wire.wire_diameter_mm + wire.spark_gap_um * UM if given is None else given
+
+
 def add_spline(space: Any, curve: SplinePiece, layer: str = "PROFILE") -> None:
     """The curve by its control vertices and knots: fit points are drawn differently by every reader."""
     spline = space.add_spline(degree=curve.degree, dxfattribs={"layer": layer})
@@ -68,22 +118,38 @@ def add_spline(space: Any, curve: SplinePiece, layer: str = "PROFILE") -> None:
 
 
 def read_dxf_profile(path: Path) -> tuple[ComplexArray, dict[str, int]]:
-    """Points along every span of the spline on layer PROFILE, shape (spans, points) [mm], and entity counts by layer.
+    """Points along every span of the splines on layer PROFILE, shape (spans, points) [mm], and entity counts by layer.
 
-    Raises ``ExportError`` if the audit finds an error, or there is not exactly one closed curve on the layer.
+    Raises ``ExportError`` as ``read_dxf_splines`` does.
+    """
+    splines, entities = read_dxf_splines(path)
+    return _spans(splines), entities
+
+
+def read_dxf_splines(path: Path) -> tuple[tuple[SplinePiece, ...], dict[str, int]]:
+    """The splines on layer PROFILE in the order of the file, and entity counts by layer.
+
+    Raises ``ExportError`` if the audit finds an error, or a spline does not start exactly at the end of the previous.
     """
     doc = audited(path)
-    splines: list[Any] = list(doc.modelspace().query('SPLINE[layer=="PROFILE"]'))
-    if len(splines) != 1:
-        raise read_back_error("DXF file", path, f"read back with {len(splines)} profile curves")
-    tool = splines[0].construction_tool()
-    edges = np.unique(np.array(tool.knots()))
-    parameters = np.linspace(edges[:-1], edges[1:], _POINTS_PER_SPAN, axis=-1)
-    xyz = np.array([tuple(point) for point in tool.points(parameters.ravel().tolist())])
-    spans: ComplexArray = (xyz[:, 0] + 1j * xyz[:, 1]).reshape(parameters.shape)
-    if abs(spans[-1, -1] - spans[0, 0]) > _CLOSED:
+    splines = tuple(
+        SplinePiece(entity.dxf.degree, np.array(entity.knots), np.array(entity.control_points) @ np.array([1.0, 1j, 0]))
+        for entity in doc.modelspace().query('SPLINE[layer=="PROFILE"]')
+    )
+    if not splines:
+        raise read_back_error("DXF file", path, "read back without a profile curve")
+    ends = [splines[-1].control_points[-1], *(piece.control_points[-1] for piece in splines[:-1])]
+    if any(piece.control_points[0] != end for piece, end in zip(splines, ends, strict=True)):
         raise read_back_error("DXF curve", path, "does not close")
-    return spans, {**layer_counts(doc), "control_points": len(splines[0].control_points)}
+    return splines, {**layer_counts(doc), "control_points": sum(piece.control_points.size for piece in splines)}
+
+
+def _spans(splines: tuple[SplinePiece, ...]) -> ComplexArray:
+    rows = []
+    for piece in splines:
+        edges = np.unique(piece.knots)
+        rows.append(piece.at(np.linspace(edges[:-1], edges[1:], _POINTS_PER_SPAN, axis=-1)))
+    return np.concatenate(rows)
 
 
 def read_dxf_arcs(path: Path) -> tuple[Arcs, dict[str, int]]:

@@ -1,7 +1,11 @@
-"""Inspection plan of the finished disc and its DMIS program."""
+"""Inspection plan of the finished disc, its DMIS program, and the evaluation of a scan."""
 
 from cycloid_profile.export.inspection.dmis import DmisExporter as DmisExporter
 from cycloid_profile.export.inspection.dmis import read_nominals as read_nominals
+from cycloid_profile.export.inspection.evaluate import FLANKS as FLANKS
+from cycloid_profile.export.inspection.evaluate import CheckResult as CheckResult
+from cycloid_profile.export.inspection.evaluate import Inspection as Inspection
+from cycloid_profile.export.inspection.evaluate import inspect_scan as inspect_scan
 from cycloid_profile.export.inspection.plan import Check as Check
 from cycloid_profile.export.inspection.plan import InspectionPlan as InspectionPlan
 from cycloid_profile.export.inspection.plan import inspection_plan as inspection_plan

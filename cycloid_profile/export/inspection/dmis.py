@@ -10,15 +10,21 @@ from pathlib import Path
 
 import numpy as np
 
-from cycloid_profile.arrays import FloatArray
+from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
 from cycloid_profile.design import DesignRecord
+from cycloid_profile.errors import ExportError
 from cycloid_profile.export.curves import deviation
 from cycloid_profile.export.inspection.plan import InspectionPlan, inspection_plan, plan_rows
 from cycloid_profile.export.points import POINT_RESOLUTION, measuring_points
 from cycloid_profile.export.writing import WrittenFile, plain_name
+from cycloid_profile.geometry import ToothPoints
 
 _APPROACH = 1.0  # mm, before and after a touch; exceeds the depth between neighbouring points
 _CLEARANCE = 20.0  # mm above the disc and outside its tips, for moves between features
+_TURNED = 1e-9  # °, of a crank hole away from the x axis
+_OUTLINE, _CHORDS = 20_000, 1e-2  # points of the teeth, and mm of chords, of the face on which places are sought
+_MARGINS = (3.0, 2.0, 1.0, 0.5, 0.2)  # mm between the ball and an edge of the face, tried in order
+_LETTERS = {"FACE": "C", "BORE": "A", "CRANK1": "B"}
 _NOMINAL = re.compile(r"^F\((\d+)\)=FEAT/POINT,CART,(.*)$", re.MULTILINE)
 
 
@@ -52,8 +58,9 @@ def read_nominals(path: Path) -> FloatArray:
 
 def _program(record: DesignRecord, plan: InspectionPlan) -> list[str]:
     points, lobe = measuring_points(record)
-    height = _mm(plan.mid_height)
-    lines = [
+    radius = np.abs(points.position)
+    outside = complex(points.position[0]) / radius[0] * (float(np.max(radius)) + _CLEARANCE)
+    return [
         f"DMISMN/'{plain_name(record.spec.name)} TEETH',05.2",
         "UNITS/MM,ANGDEC",
         "WKPLAN/XYPLAN",
@@ -64,75 +71,206 @@ def _program(record: DesignRecord, plan: InspectionPlan) -> list[str]:
         f"$$ SELECT A CALIBRATED PROBE WITH A BALL OF RADIUS {plan.probe_radius:g} MM BEFORE THIS LINE",
         f"SNSET/APPRCH,{_APPROACH:g}",
         f"SNSET/RETRCT,{_APPROACH:g}",
-        "MODE/PROG,MAN",
-        *_datums(plan),
+        *_alignment(record, plan),
+        *_tolerances(plan),
+        *_descend(outside, plan),
+        *_flank_points(points, lobe, plan),
+        *_retract(outside, plan),
+        *_pitch_and_runout(points, lobe, plan),
+        "ENDFIL",
     ]
-    profile = plan.checks[0].tolerance
-    if profile is not None:
-        lines.append(f"T(1)=TOL/PROFP,{-profile:.6f},{profile:.6f}")
-    radius = np.abs(points.position)
-    outside = complex(points.position[0]) / radius[0] * (float(np.max(radius)) + _CLEARANCE)
-    lines += _descend(outside, plan)
-    previous = 0
-    n = points.normal
-    for number, (at, x, y, i, j) in enumerate(
-        zip(lobe.tolist(), *(v.tolist() for v in (*points.xy.T, n.real, n.imag)), strict=True), start=1
+
+
+def _alignment(record: DesignRecord, plan: InspectionPlan) -> list[str]:
+    """Alignment by hand, without a move of the program, then the same features again in automatic mode."""
+    datums = _datum_features(record, plan)
+    rotation = math.degrees(plan.hole_angle)
+    lines = []
+    for number, (how, mode, end) in enumerate((("BY HAND", "MODE/MAN", "M"), ("BY THE MACHINE", "MODE/PROG,MAN", ""))):
+        lines += [f"$$ ALIGNMENT {how}", mode]
+        for name, feature, touches in datums:
+            lines += _measured(name + end, feature, touches, plan, moves=not end)
+            lines.append(f"DATDEF/FA({name}{end}),DAT({_LETTERS[name]}{end})")
+        lines += [
+            f"D({3 * number + 1})=DATSET/DAT(C{end}),ZDIR,ZORIG,DAT(A{end}),XORIG,YORIG,DAT(B{end}),XDIR",
+            # The upper face was touched, the plan counts from the lower one.
+            f"D({3 * number + 2})=TRANS/ZORIG,{_mm(-2.0 * plan.mid_height)}",
+        ]
+        if abs(rotation) > _TURNED:
+            # From crank hole 1 to root 1, which lies on the x axis.
+            lines.append(f"D({3 * number + 3})=ROTATE/ZAXIS,{-rotation:.9f}")
+    return lines
+
+
+Touch = tuple[complex, float, complex, float]  # place and height, and normal in the plane and along z [mm]
+
+
+def _datum_features(record: DesignRecord, plan: InspectionPlan) -> list[tuple[str, str, list[Touch]]]:
+    """Name, nominal definition and touches of face, origin and direction."""
+    top, height = 2.0 * plan.mid_height, plan.mid_height
+    face = [(at, top, 0j, 1.0) for at in face_points(record, plan.probe_radius)]
+    found = [("FACE", f"PLANE,CART,{_xyz(face[0][0], top)},0,0,1", face)]
+    if plan.bore_radius is not None:
+        found.append(("BORE", *_hole(0j, plan.bore_radius, plan)))
+    else:
+        roots = record.profile.at(2.0 * math.pi * np.arange(record.profile.trochoid.lobes))
+        radius = float(np.abs(roots.position[0]))
+        touches = [(complex(z), height, complex(z / abs(z)), 0.0) for z in roots.position]
+        found.append(("BORE", f"CIRCLE,OUTER,CART,{_xyz(0j, height)},0,0,1,{_mm(2.0 * radius)}", touches))
+    if plan.crank_hole is not None:
+        return [*found, ("CRANK1", *_hole(*plan.crank_hole, plan))]
+    root = record.profile.at(0.0)
+    at, normal = complex(root.position), complex(root.normal / np.abs(root.normal))
+    touch = [(at, height, normal, 0.0)]
+    return [*found, ("CRANK1", f"POINT,CART,{_xyz(at, height)},{_mm(normal.real)},{_mm(normal.imag)},0", touch)]
+
+
+def _hole(centre: complex, radius: float, plan: InspectionPlan) -> tuple[str, list[Touch]]:
+    """Nominal definition and touches of a round hole; normals point out of the material, towards the axis."""
+    radial = [cmath.rect(1.0, 2.0 * math.pi * k / plan.bore_points) for k in range(plan.bore_points)]
+    touches: list[Touch] = [(centre + radius * r, plan.mid_height, -r, 0.0) for r in radial]
+    return f"CIRCLE,INNER,CART,{_xyz(centre, plan.mid_height)},0,0,1,{_mm(2.0 * radius)}", touches
+
+
+def _measured(name: str, feature: str, touches: list[Touch], plan: InspectionPlan, moves: bool) -> list[str]:
+    """A feature with its touches; with ``moves`` the probe goes there and away again."""
+    kind = feature.split(",")[0]
+    middle = sum((at for at, *_ in touches), 0j) / len(touches)
+    inside = moves and "INNER" in feature
+    lines = [f"F({name})=FEAT/{feature}", f"MEAS/{kind},F({name}),{len(touches)}"]
+    for at, z, normal, up in touches:
+        if moves and not inside:
+            # From above: over the face, and to the height of a root from outside the teeth.
+            beside = at if up else at * (1.0 + _CLEARANCE / abs(at))
+            lines += _retract(beside, plan) if up else _descend(beside, plan)
+        lines.append(f"PTMEAS/CART,{_xyz(at, z)},{_mm(normal.real)},{_mm(normal.imag)},{up:g}")
+        if moves and not inside:
+            lines += _retract(beside, plan) if up else [f"GOTO/{_xyz(beside, z)}", *_retract(beside, plan)]
+    lines.append("ENDMES")
+    return [*_descend(middle, plan), *lines, *_retract(middle, plan)] if inside else lines
+
+
+def face_points(record: DesignRecord, probe_radius: float) -> list[complex]:
+    """Four places of the face, one a quadrant, far from the axis and clear of teeth and openings [mm]."""
+    from shapely import Point, Polygon
+
+    def ring(points: ComplexArray) -> FloatArray:
+        return np.stack([points.real, points.imag], axis=-1)
+
+    phase = np.linspace(0.0, record.profile.trochoid.phase_period, _OUTLINE, endpoint=False)
+    holes = [ring(contour.points(_CHORDS)) for contour in record.outline.contours]
+    disc = Polygon(ring(record.profile.at(phase).position), holes)
+    root = float(np.min(np.abs(record.profile.at(phase).position)))
+    for margin in _MARGINS:
+        region = disc.buffer(-(probe_radius + margin))
+        found = []
+        for quadrant in range(4):
+            # From the middle of the quadrant outwards on both sides.
+            turns = sorted(np.linspace(0.02, 0.98, 49).tolist(), key=lambda share: abs(share - 0.5))
+            places = (
+                radius * cmath.exp(0.5j * math.pi * (quadrant + turn))
+                for turn in turns
+                for radius in np.linspace(root, 0.2 * root, 60).tolist()
+            )
+            found += [next((z for z in places if region.contains(Point(z.real, z.imag))), None)]
+        if None not in found:
+            return [z for z in found if z is not None]
+    raise ExportError(
+        "export.inspection.probe_radius_mm", f"{probe_radius:g}", "finds no face to touch between the openings",
+        "take a smaller ball",
+    )  # fmt: skip
+
+
+def _tolerances(plan: InspectionPlan) -> list[str]:
+    """Definitions of the tolerances that the plan has: profile of points, runout of the roots."""
+    profile, _, _, runout = (check.tolerance for check in plan.checks)
+    lines = [] if profile is None else [f"T(1)=TOL/PROFP,{-profile:.6f},{profile:.6f}"]
+    return lines if runout is None else [*lines, f"T(2)=TOL/CRNOUT,{runout:.6f},DAT(A)"]
+
+
+def _flank_points(points: ToothPoints, lobe: IntArray, plan: InspectionPlan) -> list[str]:
+    """Every nominal point with its touch, output against the profile tolerance."""
+    tolerance = "" if plan.checks[0].tolerance is None else ",TA(1)"
+    lines, previous = [], 0
+    for number, (at, position, normal) in enumerate(
+        zip(lobe.tolist(), points.position.tolist(), points.normal.tolist(), strict=True), start=1
     ):
         if at != previous:
             lines.append(f"$$ LOBE {at}")
             previous = at
-        point = f"{_mm(x)},{_mm(y)},{height},{_mm(i)},{_mm(j)},0"
+        point = f"{_xyz(position, plan.mid_height)},{_mm(normal.real)},{_mm(normal.imag)},0"
         lines += [
             f"F({number})=FEAT/POINT,CART,{point}",
             f"MEAS/POINT,F({number}),1",
             f"PTMEAS/CART,{point}",
             "ENDMES",
-            f"OUTPUT/FA({number})" + ("" if profile is None else ",TA(1)"),
+            f"OUTPUT/FA({number}){tolerance}",
         ]
-    return [*lines, *_retract(outside, plan), "ENDFIL"]
+    return lines
 
 
-def _datums(plan: InspectionPlan) -> list[str]:
-    """The bore as origin and crank hole 1 as direction, if the disc has them."""
-    if plan.bore_radius is None:
-        return ["$$ NO ROUND BORE: SET THE ORIGIN TO THE CENTRE OF THE ROOTS BY HAND"]
-    lines = [*_hole("BORE", 0j, plan.bore_radius, plan), "DATDEF/FA(BORE),DAT(A)"]
-    if plan.crank_hole is None:
-        return [*lines, "D(1)=DATSET/DAT(A),XORIG,YORIG"]
-    centre, radius = plan.crank_hole
-    return [
-        *lines,
-        *_hole("CRANK1", centre, radius, plan),
-        "DATDEF/FA(CRANK1),DAT(B)",
-        "D(1)=DATSET/DAT(A),XORIG,YORIG,DAT(B),XDIR",
+def _pitch_and_runout(points: ToothPoints, lobe: IntArray, plan: InspectionPlan) -> list[str]:
+    """Pitch as distances and angles between flank points of neighbouring and of first lobes; runout of a circle
+    through the points nearest to the roots. All are constructed from measured points."""
+    single, cumulative, runout = (check.tolerance for check in plan.checks[1:])
+    in_lobe = np.mod(points.phase, 2.0 * math.pi)
+    lines = ["$$ PITCH"]
+    label = 100
+    for name, phase in (("L", plan.pitch_phase), ("R", 2.0 * math.pi - plan.pitch_phase)):
+        chosen = _nearest_in_each_lobe(in_lobe, lobe, phase)
+        at = points.position[chosen]
+        for k, number in enumerate((chosen + 1).tolist()):
+            lines.append(f"F({name}{k + 1})=FEAT/LINE,UNBND,CART,0,0,{_mm(plan.mid_height)},{_direction(at[k])},0,0,1")
+            lines.append(f"CONST/LINE,F({name}{k + 1}),BF,FA(BORE),FA({number})")
+        for k, number in enumerate((chosen + 1).tolist()):
+            before = k - 1
+            if single is not None:
+                chord = float(abs(at[k] - at[before]))
+                lines += [
+                    f"T({label})=TOL/DISTB,NOMINL,{_mm(chord)},{-single:.6f},{single:.6f},PT2PT",
+                    f"OUTPUT/FA({int(chosen[before]) + 1}),FA({number}),TA({label})",
+                ]
+                label += 1
+            if cumulative is not None and k:
+                angle = abs(math.degrees(float(np.angle(at[k] / at[0]))))
+                limit = math.degrees(cumulative / plan.pitch_radius)
+                lines += [
+                    f"T({label})=TOL/ANGLB,NOMINL,{angle:.9f},{-limit:.9f},{limit:.9f}",
+                    f"OUTPUT/FA({name}1),FA({name}{k + 1}),TA({label})",
+                ]
+                label += 1
+    roots = _nearest_in_each_lobe(np.abs(np.angle(np.exp(1j * in_lobe))), lobe, 0.0)
+    diameter = 2.0 * float(np.mean(np.abs(points.position[roots])))
+    lines += [
+        "$$ RUNOUT",
+        f"F(ROOTS)=FEAT/CIRCLE,OUTER,CART,{_xyz(0j, plan.mid_height)},0,0,1,{_mm(diameter)}",
+        "CONST/CIRCLE,F(ROOTS),BF," + ",$\n".join(f"FA({number})" for number in (roots + 1).tolist()),
     ]
+    return [*lines, "OUTPUT/FA(ROOTS)" + ("" if runout is None else ",TA(2)")]
 
 
-def _hole(name: str, centre: complex, radius: float, plan: InspectionPlan) -> list[str]:
-    height = _mm(plan.mid_height)
-    touches = []
-    for k in range(plan.bore_points):
-        radial = cmath.rect(1.0, 2.0 * math.pi * k / plan.bore_points)
-        at = centre + radius * radial
-        # The normal points out of the material, towards the axis.
-        touches.append(f"PTMEAS/CART,{_mm(at.real)},{_mm(at.imag)},{height},{_mm(-radial.real)},{_mm(-radial.imag)},0")
-    return [
-        *_descend(centre, plan),
-        f"F({name})=FEAT/CIRCLE,INNER,CART,{_mm(centre.real)},{_mm(centre.imag)},{height},0,0,1,{_mm(2.0 * radius)}",
-        f"MEAS/CIRCLE,F({name}),{plan.bore_points}",
-        *touches,
-        "ENDMES",
-        *_retract(centre, plan),
-    ]
+def _nearest_in_each_lobe(in_lobe: FloatArray, lobe: IntArray, phase: float) -> IntArray:
+    """Index of the point of every lobe that is nearest to a phase within the lobe, shape (lobes,)."""
+    away = np.abs(in_lobe - phase)
+    found = [int(np.flatnonzero(lobe == k)[np.argmin(away[lobe == k])]) for k in range(1, int(lobe[-1]) + 1)]
+    return np.array(found, dtype=np.intp)
+
+
+def _direction(at: complex) -> str:
+    return f"{_mm(at.real / abs(at))},{_mm(at.imag / abs(at))},0"
+
+
+def _xyz(at: complex, z: float) -> str:
+    return f"{_mm(at.real)},{_mm(at.imag)},{_mm(z)}"
 
 
 def _descend(at: complex, plan: InspectionPlan) -> list[str]:
     """Move above the disc, then to the measuring height."""
-    return [*_retract(at, plan), f"GOTO/{_mm(at.real)},{_mm(at.imag)},{_mm(plan.mid_height)}"]
+    return [*_retract(at, plan), f"GOTO/{_xyz(at, plan.mid_height)}"]
 
 
 def _retract(at: complex, plan: InspectionPlan) -> list[str]:
-    return [f"GOTO/{_mm(at.real)},{_mm(at.imag)},{_mm(2.0 * plan.mid_height + _CLEARANCE)}"]
+    return [f"GOTO/{_xyz(at, 2.0 * plan.mid_height + _CLEARANCE)}"]
 
 
 def _plain(rows: list[str]) -> list[str]:

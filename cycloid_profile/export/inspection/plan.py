@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from dataclasses import dataclass
 
@@ -10,7 +11,7 @@ import numpy as np
 from cycloid_profile._display import Described
 from cycloid_profile.design import DesignRecord
 from cycloid_profile.export.points import measuring_points
-from cycloid_profile.units import UM
+from cycloid_profile.units import DEGREE, UM
 
 SHARE = 0.5  # of the play of one flank, granted to each kind of error
 
@@ -61,7 +62,15 @@ class InspectionPlan(Described):
     @property
     def turn_datum(self) -> str:
         """Datum of the direction of the x axis."""
-        return "crank hole 1, on the x axis" if self.crank_hole is not None else "best fit of all flank points"
+        if self.crank_hole is None:
+            return "best fit of all flank points"
+        turn = self.hole_angle / DEGREE
+        return f"crank hole 1, {turn:.4f}° from the x axis" if turn else "crank hole 1, on the x axis"
+
+    @property
+    def hole_angle(self) -> float:
+        """Angle of crank hole 1 from the x axis, which goes through root 1 [rad]."""
+        return 0.0 if self.crank_hole is None else round(cmath.phase(self.crank_hole[0]), 12)
 
 
 def inspection_plan(record: DesignRecord) -> InspectionPlan:

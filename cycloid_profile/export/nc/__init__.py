@@ -1,10 +1,23 @@
-"""NC programs: contour, polar grinding and wire cutting for four controls, read back by a parser."""
+"""NC programs: contour, polar grinding and wire cutting for the machine of a file, run back by a strict interpreter."""
 
 from cycloid_profile.export.nc.contour import GcodeExporter as GcodeExporter
 from cycloid_profile.export.nc.contour import GcodePathExporter as GcodePathExporter
+from cycloid_profile.export.nc.contour import blank_of as blank_of
+from cycloid_profile.export.nc.contour import stock_of_passes as stock_of_passes
 from cycloid_profile.export.nc.dialects import POSTS as POSTS
 from cycloid_profile.export.nc.dialects import NcDialect as NcDialect
-from cycloid_profile.export.nc.dialects import read_gcode as read_gcode
+from cycloid_profile.export.nc.dialects import Post as Post
+from cycloid_profile.export.nc.dialects import post_of as post_of
+from cycloid_profile.export.nc.interpreter import Motion as Motion
+from cycloid_profile.export.nc.interpreter import Program as Program
+from cycloid_profile.export.nc.interpreter import interpret as interpret
+from cycloid_profile.export.nc.interpreter import read_gcode as read_gcode
+from cycloid_profile.export.nc.interpreter import read_program as read_program
+from cycloid_profile.export.nc.machine import MACHINES as MACHINES
+from cycloid_profile.export.nc.machine import built_in_machine as built_in_machine
+from cycloid_profile.export.nc.machine import machine_of as machine_of
+from cycloid_profile.export.nc.machine import machine_text as machine_text
+from cycloid_profile.export.nc.machine import read_machine as read_machine
 from cycloid_profile.export.nc.polar import AxisLimits as AxisLimits
 from cycloid_profile.export.nc.polar import PolarExporter as PolarExporter
 from cycloid_profile.export.nc.polar import PolarGrinding as PolarGrinding
@@ -13,6 +26,10 @@ from cycloid_profile.export.nc.polar import feed_profile as feed_profile
 from cycloid_profile.export.nc.polar import polar_grinding as polar_grinding
 from cycloid_profile.export.nc.polar_motion import PolarPath as PolarPath
 from cycloid_profile.export.nc.polar_motion import polar_path as polar_path
+from cycloid_profile.export.nc.verify import Blank as Blank
+from cycloid_profile.export.nc.verify import check_grinding as check_grinding
+from cycloid_profile.export.nc.verify import check_turns as check_turns
+from cycloid_profile.export.nc.verify import check_wire as check_wire
 from cycloid_profile.export.nc.wheel import clearance as clearance
 from cycloid_profile.export.nc.wheel import groove_stock as groove_stock
 from cycloid_profile.export.nc.wheel import least_concave_radius as least_concave_radius

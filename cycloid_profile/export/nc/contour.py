@@ -3,18 +3,31 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from cycloid_profile.design import flank_relief
-from cycloid_profile.export.curves import FIT_SHARE, Arcs, ProfileSource, deviation, disc_arcs
+from cycloid_profile.design import DesignRecord, flank_relief
+from cycloid_profile.errors import ExportError
+from cycloid_profile.export.curves import (
+    FIT_SHARE,
+    Arcs,
+    Deviation,
+    ProfileSource,
+    deviation,
+    disc_arcs,
+    distances,
+    offset_left,
+)
 from cycloid_profile.export.nc._chain import arc_block, chain_blocks, line_block
-from cycloid_profile.export.nc.dialects import Block, NcDialect, dialect_of, read_gcode, render
-from cycloid_profile.export.nc.wheel import overlap_at_grooves, wheel_radius
+from cycloid_profile.export.nc.dialects import Block, Post, post_of, render
+from cycloid_profile.export.nc.interpreter import cutting_runs, interpret
+from cycloid_profile.export.nc.verify import Blank, check_grinding
+from cycloid_profile.export.nc.wheel import least_concave_radius, overlap_at_grooves, wheel_radius
 from cycloid_profile.export.points import POINT_RESOLUTION, Column, write_table
 from cycloid_profile.export.writing import SingleFileExporter, WrittenFile, plain_name
+from cycloid_profile.spec.model import MachineSpec
 from cycloid_profile.units import UM
 
 _LEAD_RADIUS = 3.0  # mm
@@ -32,17 +45,28 @@ class GcodeExporter(SingleFileExporter[ProfileSource]):
     filename: str = "grinding.nc"
 
     def write_file(self, source: ProfileSource, path: Path) -> WrittenFile:
-        """Write, read back and measure the contour between lead-in and lead-out.
+        """Write, run with the own interpreter, check, and measure the contour of every pass between its leads.
 
-        Raises ``ExportError`` for a wheel that does not fit the roots.
+        Raises ``ExportError`` for a wheel that does not fit the roots, or a program that breaks a rule of the machine.
         """
         tolerance = source.spec.export.chord_tolerance_um * UM
-        post = dialect_of(source.spec.export)
-        path.write_text(render(_program(source, tolerance, post), post), encoding="ascii", newline="\n")
-        contour, counts = read_gcode(path)
+        post = post_of(source.spec.export)
+        passes = contour_passes(source, post.machine)
+        path.write_text(render(_program(source, passes, tolerance, post), post), encoding="ascii", newline="\n")
+        program = interpret(path.read_text(encoding="ascii"), post.machine, path.name)
+        check_grinding(program, post.machine, blank_of(source, passes), _compensated_radius(source), path.name)
         # Lead-in and lead-out are a line and an arc each.
-        found = deviation(source.profile, contour.part(2, contour.curvature.size - 2).points())
-        return self.measured(tolerance + post.rounding, found, "own reader of G1/G2/G3", counts)
+        chains = [run.part(2, run.curvature.size - 2).points() for run in cutting_runs(program.motions)]
+        found = deviation(source.profile, chains[-1])
+        rough = [
+            Deviation.of(chain, distances(source.profile, chain) - left)
+            for chain, left in zip(chains, passes, strict=True)
+        ]
+        found = replace(found, largest=max(each.largest for each in rough))
+        kinds = [motion.kind for motion in program.motions]
+        codes = {"G1": "line", "G2": "clockwise", "G3": "anticlockwise"}
+        counts = {code: kinds.count(kind) for code, kind in codes.items()} | {"passes": len(passes)}
+        return self.measured(tolerance + post.rounding, found, "own interpreter", counts)
 
 
 @dataclass(frozen=True)
@@ -83,10 +107,14 @@ def comments(*texts: str) -> list[Block]:
 
 
 def lobes_note(source: ProfileSource) -> list[Block]:
-    """Comment on how to clamp a disc whose lobes differ."""
-    if source.profile.identical_lobes:
-        return []
-    return comments("LOBES DIFFER: CLAMP THE DISC WITH ITS LOBE 1 ON THE X AXIS")
+    """Comments on how to clamp a disc whose lobes differ, or whose openings are turned against its teeth."""
+    texts = []
+    if isinstance(source, DesignRecord) and source.openings_turn:
+        turn = math.degrees(source.openings_turn)
+        texts.append(f"DISC {source.disc}: ROOT 1 ON THE X AXIS, OPENINGS {turn:.4f} DEG ANTICLOCKWISE OF DISC 1")
+    if not source.profile.identical_lobes:
+        texts.append("LOBES DIFFER: CLAMP THE DISC WITH ITS LOBE 1 ON THE X AXIS")
+    return comments(*texts)
 
 
 def width_note(source: ProfileSource) -> list[Block]:
@@ -117,11 +145,65 @@ def contour_chain(source: ProfileSource, tolerance: float) -> Arcs:
     return chain.reversed() if source.spec.export.wheel_compensation == "G42" else chain
 
 
-def _program(source: ProfileSource, tolerance: float, post: NcDialect) -> dict[str, list[Block]]:
+def stock_of_passes(machine: MachineSpec) -> list[float]:
+    """Remaining stock in every pass, spark-out included, last 0 [mm]."""
+    given = machine.passes
+    cuts = max(1, math.ceil(given.stock_um / given.infeed_um - 1e-9))
+    stock = [max(0.0, given.stock_um - (k + 1) * given.infeed_um) * UM for k in range(cuts)]
+    return stock + given.spark_out_turns * [0.0]
+
+
+def contour_passes(source: ProfileSource, machine: MachineSpec) -> list[float]:
+    """Stock that each pass of the contour program leaves [mm]; one pass where no wheel is compensated.
+
+    Raises ``ExportError`` if wheel and stock do not fit the roots.
+    """
+    radius = _compensated_radius(source)
+    if not radius:
+        return [0.0]
+    passes = stock_of_passes(machine)
+    limit = least_concave_radius(source.profile)
+    if radius + passes[0] >= limit:
+        raise ExportError(
+            "export.wheel_radius_mm",
+            f"{radius:g}",
+            f"does not fit the roots, {limit:.4f} mm, under the {passes[0] / UM:g} µm that the first pass leaves",
+            "take a smaller wheel, or lower export.grinding.stock_um",
+        )
+    return passes
+
+
+def _compensated_radius(source: ProfileSource) -> float:
     export = source.spec.export
+    return wheel_radius(source.profile, export.wheel_radius_mm) if export.wheel_compensation != "none" else 0.0
+
+
+def blank_of(source: ProfileSource, passes: list[float]) -> Blank:
+    """The blank with the stock that the first pass leaves."""
+    tips = source.profile.at(math.pi * (2.0 * np.arange(source.profile.trochoid.lobes) + 1.0)).position
+    return Blank(float(np.max(np.abs(tips))) + passes[0], source.drive.disc_width)
+
+
+def _program(source: ProfileSource, passes: list[float], tolerance: float, post: Post) -> dict[str, list[Block]]:
+    machine = post.machine
+    safe = source.drive.disc_width + machine.heights.safe_z_mm
+    chain = started_at_tip(disc_arcs(source.profile, FIT_SHARE * tolerance), source)
+    main = post.own("tool", "spindle_on", "coolant_on") + post.own("first_height", z=safe)
+    for number, left in enumerate(passes, start=1):
+        main += comments(f"PASS {number} OF {len(passes)}, LEAVES {left / UM:g} MICROMETRE")
+        # The outside is on the left of a clockwise chain.
+        one = offset_left(chain, left) if left else chain
+        main += _pass(source, one, 0.1 * tolerance, safe, post)
+    main += post.own("coolant_off", "spindle_off", "end")
+    return {"begin": _head(source, passes, tolerance, post), "main": main, "end": [Block("end", _PROGRAM)]}
+
+
+def _pass(source: ProfileSource, chain: Arcs, sagitta: float, safe: float, post: Post) -> list[Block]:
+    """One pass: down outside the disc, in, round the disc, out and up."""
+    export, machine = source.spec.export, post.machine
     side = _SIDES.get(export.wheel_compensation)
-    radius = wheel_radius(source.profile, export.wheel_radius_mm) if side else 0.0
-    chain = contour_chain(source, tolerance)
+    radius = _compensated_radius(source)
+    chain = chain.reversed() if side == "right" else chain
     start = complex(chain.ends[0])
     outward = start / abs(start)
     heading = 1j * outward if side == "right" else -1j * outward
@@ -131,25 +213,28 @@ def _program(source: ProfileSource, tolerance: float, post: NcDialect) -> dict[s
     far_in, far_out = approach + lead * outward, leave + lead * outward
     centre = start + lead * outward
     turn = -1.0 if side == "right" else 1.0
-    main = [
+    air, cut = machine.passes.approach_feed_mm_per_min, export.feed_mm_per_min
+    entry = arc_block(post.rounded(approach), start, centre, turn)
+    return [
         line_block(far_in, "rapid"),
-        Block("feed", {"f": export.feed_mm_per_min}),
+        Block("height", {"z": -machine.heights.overrun_mm, "feed": air}),
         # A straight first move, because many controls refuse to start a radius compensation on an arc.
-        line_block(approach, f"enter {side}" if side else "enter", diameter=2.0 * radius),
-        arc_block(post.rounded(approach), start, centre, turn),
-        *chain_blocks(chain, 0.1 * tolerance, post),
+        line_block(approach, f"enter {side}" if side else "enter", diameter=2.0 * radius, feed=air),
+        Block(entry.kind, {**entry.words, "feed": cut}),
+        *chain_blocks(chain, sagitta, post),
         arc_block(post.rounded(start), leave, centre, turn),
-        line_block(far_out, "leave compensated" if side else "leave"),
-        Block("finish"),
+        line_block(far_out, "leave compensated" if side else "leave", feed=air),
+        Block("height rapid", {"z": safe}),
     ]
-    return {"begin": _head(source, tolerance, radius, post), "main": main, "end": [Block("end", _PROGRAM)]}
 
 
-def _head(source: ProfileSource, tolerance: float, radius: float, post: NcDialect) -> list[Block]:
-    compensation = source.spec.export.wheel_compensation
-    wheel = ["PATH IS THE TOOTH CURVE ITSELF: NO WHEEL RADIUS IS ALLOWED FOR"]
+def _head(source: ProfileSource, passes: list[float], tolerance: float, post: Post) -> list[Block]:
+    compensation, width = source.spec.export.wheel_compensation, source.drive.disc_width
+    radius = _compensated_radius(source)
+    wheel = ["PATH IS THE TOOTH CURVE ITSELF IN ONE PASS: NO WHEEL RADIUS AND NO STOCK IS ALLOWED FOR"]
     if radius:
         wheel = [f"PATH IS THE TOOTH CURVE: {compensation} SETS OFF THE WHEEL, RADIUS {radius:.4f} MM"]
+        wheel.append(f"{len(passes)} PASSES, THE FIRST LEAVES {passes[0] / UM:g} MICROMETRE")
         overlap = overlap_at_grooves(source.profile, radius)
         if overlap > 0.0:
             gouge = f"{overlap / UM:.3f} MICROMETRE AT GROOVES"
@@ -159,13 +244,15 @@ def _head(source: ProfileSource, tolerance: float, radius: float, post: NcDialec
         Block("begin", _PROGRAM),
         *comments(
             f"PROFILE OF {plain_name(source.spec.name).upper()}",
+            f"MACHINE {plain_name(post.machine.name).upper()}",
             *wheel,
             f"X Y IN MM FROM THE BORE AXIS, TOOTH ROOT 1 ON THE X AXIS, {direction}",
+            f"Z0 IS THE LOWER FACE OF THE DISC, Z{width:g} THE UPPER ONE",
         ),
         *lobes_note(source),
         *width_note(source),
         *comments(f"ARCS WITHIN {tolerance / UM:.3f} MICROMETRE, {post.decimals} DECIMALS"),
-        Block("contour"),
+        *post.own("contour"),
     ]
 
 

@@ -17,8 +17,7 @@ import numpy as np
 from cycloid_profile._display import Described
 from cycloid_profile.arrays import ComplexArray, FloatArray
 from cycloid_profile.errors import ExportError
-from cycloid_profile.export.curves import Piece, flanks, tolerance_error
-from cycloid_profile.export.nc._chain import intersection
+from cycloid_profile.export.curves import Piece, flanks, intersection, tolerance_error
 from cycloid_profile.export.nc.wheel import clearance
 from cycloid_profile.geometry import ToothProfile, equidistribute
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,24 +16,31 @@ import numpy as np
 from cycloid_profile.arrays import ComplexArray, FloatArray
 from cycloid_profile.design import DesignRecord
 from cycloid_profile.errors import ExportError
-from cycloid_profile.export.curves import FIT_SHARE, Arcs, Deviation, disc_arcs, distances
-from cycloid_profile.export.nc._chain import (
-    chain_blocks,
+from cycloid_profile.export.curves import (
+    FIT_SHARE,
+    Arcs,
+    Deviation,
     chain_of,
+    disc_arcs,
     distance_to_chain,
-    line_block,
+    distances,
+    nearest_length,
     offset_left,
-    started_near,
+    stretch,
 )
+from cycloid_profile.export.nc._chain import chain_blocks, line_block
 from cycloid_profile.export.nc.contour import comments, lobes_note, started_at_tip, width_note
-from cycloid_profile.export.nc.dialects import Block, NcDialect, cutting_runs, dialect_of, read_moves, render
+from cycloid_profile.export.nc.dialects import Block, Post, post_of, render
+from cycloid_profile.export.nc.interpreter import cutting_runs, interpret
+from cycloid_profile.export.nc.verify import check_wire
 from cycloid_profile.export.writing import SingleFileExporter, WrittenFile, plain_name
-from cycloid_profile.geometry import Contour
+from cycloid_profile.geometry import Arc, Contour
 from cycloid_profile.spec.model import WireSpec
 from cycloid_profile.units import UM
 
 _PROGRAM = {"program": "WIRE_EDM"}
 _CHORDS = 1e-3  # mm, of the polygon in which a start hole is placed
+_HOLE = 0.01  # mm, accuracy of its place
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +48,8 @@ class Cut:
     """Cuts of one contour between its ``start`` and ``end`` holes: ``chains`` in order, and one of ``remarks`` per
     chain.
 
-    ``finishing`` holds the indices of the finishing cuts; the machine stops before chain ``stop_before``.
+    ``finishing`` holds the indices of the finishing cuts; the machine stops with a text of ``stops`` before the chain
+    of that index.
     """
 
     name: str
@@ -49,8 +58,7 @@ class Cut:
     chains: tuple[Arcs, ...]
     remarks: tuple[str, ...]
     finishing: tuple[int, ...]
-    stop_before: int | None = None
-    stop: str = ""
+    stops: Mapping[int, str]
 
 
 @dataclass(frozen=True)
@@ -68,12 +76,16 @@ class WireExporter(SingleFileExporter[DesignRecord]):
         export = source.spec.export
         tolerance = export.chord_tolerance_um * UM
         cuts = [*(_opening(contour, export.wire) for contour in source.outline.contours), _teeth(source, tolerance)]
-        post = dialect_of(export)
+        post = post_of(export)
         path.write_text(render(_program(source, cuts, tolerance, post), post), encoding="ascii", newline="\n")
-        moves = read_moves(path)
-        found = Deviation.of(*_distance_errors(source, cuts, cutting_runs(moves)))
-        count = {"contours": len(cuts), "cuts_each": len(offsets(export.wire)), "blocks": len(moves)}
-        return self.measured(tolerance + post.rounding, found, "own reader of G1/G2/G3", count)
+        program = interpret(path.read_text(encoding="ascii"), post.machine, path.name)
+        check_wire(program, post.machine, path.name)
+        blocks = [
+            [_leg(cut, k, export.wire.feed_mm_per_min, tolerance, post) for k in range(len(cut.chains))] for cut in cuts
+        ]
+        found = Deviation.of(*_distance_errors(source, cuts, blocks, cutting_runs(program.motions)))
+        count = {"contours": len(cuts), "cuts_each": len(offsets(export.wire)), "blocks": len(program.motions)}
+        return self.measured(tolerance + post.rounding, found, "own interpreter", count)
 
 
 def offsets(wire: WireSpec) -> list[float]:
@@ -93,24 +105,51 @@ def offsets(wire: WireSpec) -> list[float]:
 
 
 def _opening(contour: Contour, wire: WireSpec) -> Cut:
-    start = _middle(contour)
+    """Cuts inside an opening: the first to a tab that holds the slug, then the tab, then the skims to and fro, each
+    past its start by the overlap."""
+    middle = _middle(contour)
     # The outline runs counterclockwise with the opening on its left.
-    chain = chain_of(contour) if contour.full_circle_arc is not None else started_near(chain_of(contour), start)
-    chains = tuple(offset_left(chain, offset) for offset in offsets(wire))
-    last = len(chains) - 1
-    return Cut(contour.name, start, start, chains, _remarks(wire), (last,), 1 if last else None, "REMOVE THE SLUG")
+    first, *skims = [offset_left(chain_of(contour), offset) for offset in offsets(wire)]
+    begin, whole = nearest_length(first, middle), float(np.sum(first.lengths))
+    tab = min(wire.slug_tab_mm, 0.5 * whole)
+    chains = [stretch(first, begin, whole - tab)] if tab else []
+    chains.append(stretch(first, begin + whole - tab, tab + wire.overlap_mm) if tab else _round(first, begin, wire))
+    stops = {1: f"HOLD THE SLUG, {tab:g} MM LEFT TO CUT"} if tab else {}
+    if skims:
+        stops[len(chains)] = "REMOVE THE SLUG"
+    for k, skim in enumerate(skims):
+        path = skim.reversed() if k % 2 == 0 else skim
+        # Every cut starts where the one before has ended.
+        chains.append(_round(path, nearest_length(path, complex(chains[-1].ends[-1])), wire))
+    first_cut, *others = _remarks(wire)
+    remarks = (first_cut, *([f"{first_cut}, TAB"] if tab else []), *others)
+    finishing = (len(chains) - 1,) if skims or not tab else (0, 1)
+    return Cut(contour.name, middle, middle, tuple(chains), remarks, finishing, stops)
+
+
+def _round(path: Arcs, begin: float, wire: WireSpec) -> Arcs:
+    """Once round a closed path from the arc length ``begin``, and past the start by the overlap."""
+    return stretch(path, begin, float(np.sum(path.lengths)) + wire.overlap_mm)
 
 
 def _middle(contour: Contour) -> complex:
-    """Centre of the largest circle inside a contour, for its start hole [mm]."""
+    """Centre of the largest circle inside a contour, for its start hole [mm]; of an arc's circle where that is one."""
     if contour.full_circle_arc is not None:
         return contour.full_circle_arc.centre
     from shapely import Polygon
     from shapely.ops import polylabel
 
     points = contour.points(_CHORDS)
-    label = polylabel(Polygon(np.stack([points.real, points.imag], axis=-1)), 0.01)
-    return complex(label.x, label.y)
+    label = polylabel(Polygon(np.stack([points.real, points.imag], axis=-1)), _HOLE)
+    found = complex(label.x, label.y)
+    outline = chain_of(contour)
+    centres = [segment.centre for segment in contour.segments if isinstance(segment, Arc) and segment.sweep > 0.0]
+    room = distance_to_chain(outline, np.array([found, *centres]))
+    # A centre may lie outside, in the disc: only those near the one found count.
+    near = [
+        k for k, centre in enumerate(centres, start=1) if abs(centre - found) < room[0] and room[k] > room[0] - _HOLE
+    ]
+    return complex(centres[near[0] - 1]) if near else found
 
 
 def _teeth(record: DesignRecord, tolerance: float) -> Cut:
@@ -119,13 +158,20 @@ def _teeth(record: DesignRecord, tolerance: float) -> Cut:
     wire = record.spec.export.wire
     # Clockwise from a tip, with the outside on the left.
     chain = started_at_tip(disc_arcs(record.profile, FIT_SHARE * tolerance), record)
-    held, lobe = [], []
+    overlap = wire.overlap_mm
+    # With an even number of cuts the held part ends at its start, which is the end of the lobe.
+    joined_at_end = len(offsets(wire)) % 2 == 0
+    held: list[Arcs] = []
+    lobe: list[Arcs] = []
     for offset in offsets(wire):
         path = offset_left(chain, offset)
-        before = path.ends[0] * np.exp(2j * math.pi / record.drive.trochoid.lobes)
-        joint = int(np.argmin(np.abs(np.angle(path.ends / before))))
-        held.append(path.part(0, joint))
-        lobe.append(path.part(joint, path.curvature.size))
+        last_tip = path.ends[0] * np.exp(2j * math.pi / record.drive.trochoid.lobes)
+        joint = int(np.argmin(np.abs(np.angle(path.ends / last_tip))))
+        whole, cut = float(np.sum(path.lengths)), float(np.sum(path.lengths[:joint]))
+        held.append(stretch(path, 0.0, cut))
+        # Where the first cut of the lobe starts, the held part has ended: there it needs no overlap.
+        before, after = (overlap if lobe or joined_at_end == at_end else 0.0 for at_end in (True, False))
+        lobe.append(stretch(path, cut - before, whole - cut + before + after))
     count = len(held)
     # Alternating directions: each cut starts at the end of the previous one.
     chains = [chain if k % 2 == 0 else chain.reversed() for k, chain in enumerate(held)]
@@ -135,7 +181,7 @@ def _teeth(record: DesignRecord, tolerance: float) -> Cut:
     remarks = _remarks(wire)
     return Cut(
         "teeth", start, end, tuple(chains), (*remarks, *(f"LAST LOBE, {r}" for r in remarks)),
-        (count - 1, 2 * count - 1), count, "CLAMP THE DISC, THE LAST LOBE SETS IT FREE",
+        (count - 1, 2 * count - 1), {count: "CLAMP THE DISC, THE LAST LOBE SETS IT FREE"},
     )  # fmt: skip
 
 
@@ -147,7 +193,7 @@ def _remarks(wire: WireSpec) -> tuple[str, ...]:
     )
 
 
-def _program(record: DesignRecord, cuts: list[Cut], tolerance: float, post: NcDialect) -> dict[str, list[Block]]:
+def _program(record: DesignRecord, cuts: list[Cut], tolerance: float, post: Post) -> dict[str, list[Block]]:
     wire = record.spec.export.wire
     head = [
         Block("begin", _PROGRAM),
@@ -159,37 +205,51 @@ def _program(record: DesignRecord, cuts: list[Cut], tolerance: float, post: NcDi
         ),
         *lobes_note(record),
         *width_note(record),
-        *comments(f"ARCS WITHIN {tolerance / UM:.3f} MICROMETRE, {post.decimals} DECIMALS"),
-        Block("contour"),
-        Block("feed", {"f": wire.feed_mm_per_min}),
+        *comments(
+            f"EVERY CUT OVERLAPS ITS START BY {wire.overlap_mm:g} MM",
+            f"SLUGS HANG ON {wire.slug_tab_mm:g} MM UNTIL A STOP",
+            f"ARCS WITHIN {tolerance / UM:.3f} MICROMETRE, {post.decimals} DECIMALS",
+        ),
+        *post.own("wire"),
     ]
     main: list[Block] = []
     for cut in cuts:
         main += [
             *comments(f"{plain_name(cut.name).upper()}: START HOLE AT X{cut.start.real:.3f} Y{cut.start.imag:.3f}"),
             line_block(cut.start, "rapid"),
-            Block("thread"),
+            *post.own("thread"),
         ]
-        for k, chain in enumerate(cut.chains):
-            if k == cut.stop_before:
-                main.append(Block("stop", {"text": cut.stop}))
-            main += comments(cut.remarks[k])
-            main.append(line_block(complex(chain.ends[0]), "enter" if k == 0 else "line"))
-            main += chain_blocks(chain, 0.1 * tolerance, post)
-        main += [line_block(cut.end), Block("cut wire")]
-    return {"begin": head, "main": [*main, Block("finish")], "end": [Block("end", _PROGRAM)]}
+        for k in range(len(cut.chains)):
+            if k in cut.stops:
+                main.append(Block("stop", {"text": cut.stops[k]}))
+            lead, along = _leg(cut, k, wire.feed_mm_per_min, tolerance, post)
+            main += [*comments(cut.remarks[k]), *lead, *along]
+        main += [line_block(cut.end), *post.own("cut_wire")]
+    return {"begin": head, "main": [*main, *post.own("end")], "end": [Block("end", _PROGRAM)]}
 
 
-def _distance_errors(record: DesignRecord, cuts: list[Cut], runs: list[Arcs]) -> tuple[ComplexArray, FloatArray]:
+def _leg(cut: Cut, k: int, feed: float, tolerance: float, post: Post) -> tuple[list[Block], list[Block]]:
+    """The straight block to the start of a chain, if it is not there yet, and the blocks along the chain."""
+    chain = cut.chains[k]
+    start = complex(chain.ends[0])
+    if k == 0:
+        return [line_block(start, "enter", feed=feed)], chain_blocks(chain, 0.1 * tolerance, post)
+    here = complex(cut.chains[k - 1].ends[-1])
+    lead = [line_block(start)] if post.rounded(here) != post.rounded(start) else []
+    return lead, chain_blocks(chain, 0.1 * tolerance, post)
+
+
+def _distance_errors(
+    record: DesignRecord, cuts: list[Cut], legs: list[list[tuple[list[Block], list[Block]]]], runs: list[Arcs]
+) -> tuple[ComplexArray, FloatArray]:
     """Points of the finishing cuts, and the error of the wire's distance from the outline there [mm]."""
     wanted = offsets(record.spec.export.wire)[-1]
     outlines = [chain_of(contour) for contour in record.outline.contours]
     at, off = [], []
     for k, (cut, run) in enumerate(zip(cuts, runs, strict=True)):
-        # One straight move precedes every chain.
-        ends = np.cumsum([chain.curvature.size + 1 for chain in cut.chains])
+        ends = np.cumsum([len(lead) + len(along) for lead, along in legs[k]])
         for which in cut.finishing:
-            points = run.part(int(ends[which]) - cut.chains[which].curvature.size, int(ends[which])).points()
+            points = run.part(int(ends[which]) - len(legs[k][which][1]), int(ends[which])).points()
             at_teeth = k == len(outlines)
             found = distances(record.profile, points) if at_teeth else distance_to_chain(outlines[k], points)
             off.append(found - wanted)

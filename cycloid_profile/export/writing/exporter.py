@@ -12,6 +12,7 @@ from typing import Any, Generic, Protocol, TypeVar
 from cycloid_profile.design import DesignRecord
 from cycloid_profile.errors import ExportError
 from cycloid_profile.export.curves import Deviation
+from cycloid_profile.export.writing.signals import signals_deferred
 
 _LONGEST_NAME = 60  # characters, the limit of texts of a spec
 Source = TypeVar("Source", contravariant=True)
@@ -22,7 +23,8 @@ class WrittenFile:
     """A file with its promised tolerance and its measured deviation.
 
     ``name`` relative to the output folder; ``tolerance`` promised [mm]; ``deviation`` measured by reading the file
-    back with ``reader``; both None for files without a curve. ``entities`` counts the items in the file by kind.
+    back with ``reader``; both None for files without a curve. ``entities`` counts the items in the file by kind;
+    ``measures`` holds areas and volumes [mm², mm³] by their names in the manifest.
     """
 
     name: str
@@ -31,6 +33,7 @@ class WrittenFile:
     deviation: Deviation | None = None
     reader: str | None = None
     entities: dict[str, int] = field(default_factory=dict)
+    measures: dict[str, float] = field(default_factory=dict)
 
 
 class Exporter(Protocol):
@@ -92,18 +95,20 @@ class LibraryMissing(ExportError):  # noqa: N818 - a state of the machine, not a
 
 
 def require_cad_kernel() -> None:
-    """Raise ``LibraryMissing`` where OpenCascade cannot be imported; the import takes about a second and needs system
-    libraries."""
+    """Raise ``LibraryMissing`` where build123d cannot be imported; the import takes 3 s and needs system libraries."""
     try:
-        import OCP.STEPCAFControl  # noqa: F401 - loads the whole kernel
+        # A library written in C turns an interrupt of its import into an ImportError: it would seem to be missing.
+        with signals_deferred():
+            import build123d  # noqa: F401 - loads the whole kernel
     except ImportError as error:
-        raise _missing("STEP export", "the OpenCascade kernel", error, "cadquery-ocp-novtk") from None
+        raise _missing("STEP export", "build123d with its kernel", error, "build123d") from None
 
 
 def lib3mf() -> Any:
     """The library of the 3MF consortium. Raises ``LibraryMissing`` where it cannot be imported."""
     try:
-        import lib3mf as library
+        with signals_deferred():
+            import lib3mf as library
     except ImportError as error:
         raise _missing("3MF and STL export", "lib3mf", error, "lib3mf") from None
     return library

@@ -1,113 +1,119 @@
-"""Output folders: files that appear all together or not at all, and their manifest."""
+"""Output folders: files that appear all together or not at all, over nothing that is not ours."""
 
 from __future__ import annotations
 
-import hashlib
-import json
-import shutil
-import tempfile
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from cycloid_profile.errors import ExportError
-from cycloid_profile.export.writing.exporter import WrittenFile
-from cycloid_profile.spec import format_spec
-from cycloid_profile.spec.model import Spec
-from cycloid_profile.units import DEGREE, UM
+from cycloid_profile.export.writing._staging import Stage, staging
+from cycloid_profile.export.writing.manifest import (
+    MANIFEST,
+    file_hash,
+    is_inside,
+    read_manifest,
+    remember,
+    unchanged_entries,
+    was_made_here,
+)
+from cycloid_profile.export.writing.signals import signals_deferred
 
-MANIFEST = "manifest.json"
+
+@dataclass(frozen=True, slots=True)
+class Protection:
+    """What a write must leave alone: the ``inputs`` of the command, and files made by others; nothing by ``force``."""
+
+    inputs: tuple[Path, ...] = ()
+    force: bool = False
+
+    def check(self, target: Path) -> None:
+        """Raises ``ExportError`` where ``target`` is a folder, an input, or a file that this program did not make or
+        that was changed since."""
+        if target.is_dir():
+            raise _refusal(target, "a folder has that name")
+        if self.force or not os.path.lexists(target):
+            return
+        if any(one.exists() and target.exists() and one.samefile(target) for one in self.inputs):
+            raise ExportError(
+                "output file", f"'{target}'", "is an input of this command", "choose another name, or add --force", " "
+            )
+        if not _is_ours(target):
+            raise _foreign(target)
+
+
+PROTECTED = Protection()  # nothing that this program did not make is replaced
+_written: list[Path] = []
 
 
 @contextmanager
-def atomic_folder(folder: Path) -> Iterator[Path]:
-    """A scratch folder whose files move into ``folder`` at the end, or vanish if anything fails.
+def atomic_folder(
+    folder: Path, protection: Protection = PROTECTED, *, replaces: bool = False, shared: bool = False
+) -> Iterator[Path]:
+    """A scratch folder whose files take their place in ``folder`` at the end, all at once, or vanish.
 
-    All targets are checked before the first file moves, so that one occupied name prevents every move.
+    One exchange of folders where the system has it, else renames that the next run completes. ``replaces``: unaltered
+    files of an older manifest in ``folder`` that are not written again are removed. ``shared``: the folder holds files
+    of others, such as the working folder, and stays the same folder.
 
-    Raises ``ExportError`` if ``folder`` cannot be created or written to, or a folder has the name of a target.
+    Raises ``ExportError`` if ``folder`` cannot be written to, is being written by another process, or holds a file
+    under one of the names that ``protection`` keeps.
     """
-    # Missing folders, innermost first: a failed attempt removes them again.
-    created = [path for path in (folder, *folder.parents) if not path.exists()]
+    shown, folder = folder, folder.resolve()
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        scratch = Path(tempfile.mkdtemp(prefix=".partial-", dir=folder))
+        with staging(folder, shared) as stage:
+            yield stage.new
+            with signals_deferred():
+                _commit(stage, shown, protection, replaces)
     except OSError as error:
-        raise _refusal("output folder", str(folder), error.strerror) from None
-    try:
-        yield scratch
-        moves = [(file, folder / file.relative_to(scratch)) for file in sorted(scratch.rglob("*")) if file.is_file()]
-        for _, target in moves:
-            if target.is_dir():
-                raise _refusal("output file", str(target), "a folder has that name")
-            target.parent.mkdir(parents=True, exist_ok=True)
-        for file, target in moves:
-            file.replace(target)
-        created = []
-    except OSError as error:
-        named = error.filename2 or error.filename or folder
-        raise _refusal("output file", str(named), error.strerror or str(error)) from None
-    finally:
-        shutil.rmtree(scratch, ignore_errors=True)
-        for path in created:
-            if path.is_dir() and not any(path.iterdir()):
-                path.rmdir()
+        named = error.filename2 or error.filename or shown
+        raise _refusal(Path(os.fsdecode(named)), error.strerror or str(error)) from None
 
 
-def _refusal(what: str, path: str, reason: str | None) -> ExportError:
-    return ExportError(what, f"'{path}'", f"cannot be written ({reason})", "choose another with --out", " ")
+def written_folders() -> tuple[Path, ...]:
+    """Folders that received their files since this process began."""
+    return tuple(_written)
 
 
-def manifest_entry(written: WrittenFile, spec: Spec, folder: Path) -> dict[str, Any]:
-    """Entry of one file of ``folder``: format, hashes of file and spec, tolerance and measured deviation."""
-    entry: dict[str, Any] = {
-        "path": written.name,
-        "format": written.format,
-        "bytes": (folder / written.name).stat().st_size,
-        "sha256": _sha256(folder / written.name),
-        "spec_sha256": hashlib.sha256(format_spec(spec).encode("utf-8")).hexdigest(),
-        "tolerance_um": _micrometres(written.tolerance),
-        "deviation_um": None,
-    }
-    if written.deviation is not None:
-        entry |= {
-            "deviation_um": _micrometres(written.deviation.largest),
-            "deviation_rms_um": _micrometres(written.deviation.rms),
-            "deviation_worst_at_deg": round(written.deviation.worst_angle / DEGREE, 2),
-            "deviation_from_curve_um": _micrometres(written.deviation.from_curve),
-            "points_measured": written.deviation.points,
-            "read_back_with": written.reader,
-            "entities": written.entities,
-        }
-    return entry
+def _commit(stage: Stage, shown: Path, protection: Protection, replaces: bool) -> None:
+    folder = stage.folder
+    names = sorted(path.relative_to(stage.new).as_posix() for path in stage.new.rglob("*") if path.is_file())
+    for name in names:
+        target = shown / name
+        if not is_inside(name, folder):
+            raise _refusal(target, "a link leads out of the folder")
+        if file_hash(target) != file_hash(stage.new / name):
+            protection.check(target)
+    entries = unchanged_entries(folder) if replaces else []
+    kept = {one.resolve() for one in protection.inputs}
+    stale = {e["path"]: e["sha256"] for e in entries if e["path"] not in names and folder / e["path"] not in kept}
+    digests = [digest for name in names if (digest := file_hash(stage.new / name)) is not None]
+    stage.commit(names, stale)
+    _written.append(shown)
+    remember(digests)
 
 
-def write_manifest(name: str, entries: list[dict[str, Any]], skipped: dict[str, str], folder: Path) -> None:
-    """Write ``manifest.json`` into ``folder``."""
-    manifest = {
-        "schema": 1,
-        "name": name,
-        "files": entries,
-        "skipped": [{"format": format_name, "reason": reason} for format_name, reason in skipped.items()],
-    }
-    text = json.dumps(manifest, indent=1, ensure_ascii=False) + "\n"
-    (folder / MANIFEST).write_text(text, encoding="utf-8", newline="\n")
+def _is_ours(file: Path) -> bool:
+    """Whether this program made ``file`` and nobody changed it; a manifest is ours if it reads as one."""
+    if file.name == MANIFEST and read_manifest(file.parent) is not None:
+        return True
+    if was_made_here(digest := file_hash(file)):
+        return True
+    # A package that was made on another machine is certified by its manifest, one or more folders up.
+    for folder in file.absolute().parents[:2]:
+        name = file.absolute().relative_to(folder).as_posix()
+        read = read_manifest(folder)
+        if read is not None and any(e["path"] == name and e["sha256"] == digest for e in read["files"]):
+            return True
+    return False
 
 
-def unchanged_entries(folder: Path) -> list[dict[str, Any]]:
-    """Entries of an older manifest in ``folder`` whose files are unchanged; empty without a manifest."""
-    try:
-        entries = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))["files"]
-        return [entry for entry in entries if _sha256(folder / entry["path"]) == entry["sha256"]]
-    except (OSError, ValueError, KeyError, TypeError):
-        return []
+def _foreign(target: Path) -> ExportError:
+    limit = "was not made by this program, or was changed since"
+    return ExportError("output file", f"'{target}'", limit, "move it, choose another --out, or add --force", " ")
 
 
-def _sha256(path: Path) -> str | None:
-    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else None
-
-
-def _micrometres(length: float | None) -> float | None:
-    """A length in µm to three significant digits, the accuracy of a measured deviation; None stays None."""
-    return None if length is None else float(f"{length / UM:.3g}")
+def _refusal(path: Path, reason: str) -> ExportError:
+    return ExportError("output file", f"'{path}'", f"cannot be written ({reason})", "choose another with --out", " ")

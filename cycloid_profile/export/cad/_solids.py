@@ -1,54 +1,43 @@
-"""The CAD kernel OpenCascade: exact plates, STEP files of named, coloured parts, and solids read back.
+"""Solids through build123d: exact plates, STEP files of named, coloured parts, and solids read back.
 
-Importing this module loads the kernel; call ``require_cad_kernel`` before.
+Importing this module loads build123d and the kernel, 3 s; call ``require_cad_kernel`` before. Two things go to the
+kernel directly: splines by their poles, which build123d only interpolates, and the writing of STEP, because build123d
+0.13 writes no material and names a part by its last occurrence.
 """
 
 from __future__ import annotations
 
+import cmath
 import itertools
+import math
 import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from build123d import Axis, Color, Compound, Edge, Face, Location, Part, Plane, Solid, Vector, Wire, import_step
 from OCP.APIHeaderSection import APIHeaderSection_MakeHeader
-from OCP.Bnd import Bnd_Box
-from OCP.BRep import BRep_Tool
-from OCP.BRepAdaptor import BRepAdaptor_Curve
-from OCP.BRepAlgoAPI import BRepAlgoAPI_Fuse
-from OCP.BRepBndLib import BRepBndLib
-from OCP.BRepBuilderAPI import (
-    BRepBuilderAPI_MakeEdge,
-    BRepBuilderAPI_MakeFace,
-    BRepBuilderAPI_MakeVertex,
-    BRepBuilderAPI_MakeWire,
-)
-from OCP.BRepCheck import BRepCheck_Analyzer
-from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
-from OCP.BRepTools import BRepTools, BRepTools_WireExplorer
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge
+from OCP.BRepMesh import BRepMesh_IncrementalMesh
 from OCP.collections import Array1_double, Array1_gp_Pnt, Array1_int
 from OCP.Geom import Geom_BSplineCurve
-from OCP.gp import gp_Ax1, gp_Ax2, gp_Circ, gp_Dir, gp_Pln, gp_Pnt, gp_Trsf, gp_Vec
+from OCP.gp import gp_Pnt
 from OCP.IFSelect import IFSelect_ReturnStatus
 from OCP.Interface import Interface_Static
 from OCP.Message import Message, Message_Gravity
-from OCP.Quantity import Quantity_Color, Quantity_TOC_sRGB
+from OCP.Quantity import Quantity_Color, Quantity_ColorRGBA, Quantity_TOC_sRGB
 from OCP.STEPCAFControl import STEPCAFControl_Controller, STEPCAFControl_Writer
-from OCP.STEPControl import STEPControl_Reader, STEPControl_StepModelType
+from OCP.STEPControl import STEPControl_StepModelType
 from OCP.TCollection import TCollection_ExtendedString, TCollection_HAsciiString
 from OCP.TDataStd import TDataStd_Name
 from OCP.TDocStd import TDocStd_Document
-from OCP.TopAbs import TopAbs_ShapeEnum
-from OCP.TopExp import TopExp_Explorer
-from OCP.TopLoc import TopLoc_Location
-from OCP.TopoDS import TopoDS
 from OCP.XCAFApp import XCAFApp_Application
 from OCP.XCAFDoc import XCAFDoc_ColorType, XCAFDoc_DocumentTool
 
-from cycloid_profile.arrays import ComplexArray
+from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
 from cycloid_profile.errors import ExportError
-from cycloid_profile.export.cad.parts import Part, Placement
+from cycloid_profile.export.cad.parts import CadPart, Placement
 from cycloid_profile.export.curves import SplinePiece
 from cycloid_profile.export.writing import read_back_error
 from cycloid_profile.geometry import Arc, Contour, Line
@@ -64,53 +53,68 @@ _STYLE = re.compile(
     re.DOTALL,
 )
 _OCCURRENCE = re.compile(r"(NEXT_ASSEMBLY_USAGE_OCCURRENCE\(\s*)'\d+'")
+_MESH_ANGLE = 0.5  # rad between neighbouring chords at most
 _CHECKS_PER_SPAN = 9  # more than the extremes of the error of a cubic span
 
 
-def plate(edge: tuple[SplinePiece, ...] | Contour, openings: Iterable[Contour], low: float, high: float) -> Any:
+def plate(edge: tuple[SplinePiece, ...] | Contour, openings: Iterable[Contour], low: float, high: float) -> Solid:
     """A plate between the heights ``low`` and ``high`` [mm] with ``openings``.
 
-    ``edge`` is a closed contour, or the splines of a tooth curve in their clockwise order. Every segment becomes one
-    exact edge, and neighbouring edges share a vertex.
+    ``edge`` is a closed contour, or the splines of a tooth curve. Every segment becomes one exact edge.
     """
-    plane = gp_Pln(gp_Pnt(0.0, 0.0, low), gp_Dir(0.0, 0.0, 1.0))
-    outer = _wire(edge.segments, low) if isinstance(edge, Contour) else _reversed(_wire(edge, low))
-    face = BRepBuilderAPI_MakeFace(plane, outer, False)
-    for opening in openings:
-        face.Add(_reversed(_wire(opening.segments, low)))
-    return BRepPrimAPI_MakePrism(face.Face(), gp_Vec(0.0, 0.0, high - low)).Shape()
+    segments = edge.segments if isinstance(edge, Contour) else edge
+    face = Face(_wire(segments, low), [_wire(opening.segments, low) for opening in openings])
+    if face.normal_at().Z < 0.0:
+        face = -face
+    return Solid.extrude(face, Vector(0.0, 0.0, high - low))
 
 
-def joined_solid(bodies: Sequence[Any]) -> Any:
+def joined_solid(bodies: Sequence[Solid]) -> Solid:
     """The union of bodies that touch or overlap."""
-    whole = bodies[0]
-    for body in bodies[1:]:
-        whole = BRepAlgoAPI_Fuse(whole, body).Shape()
-    return whole
+    return bodies[0] if len(bodies) == 1 else bodies[0].fuse(*bodies[1:]).solid()
 
 
-def _wire(segments: Sequence[Segment], z: float) -> Any:
-    starts = [complex(s.control_points[0]) if isinstance(s, SplinePiece) else s.start for s in segments]
-    corners = [BRepBuilderAPI_MakeVertex(gp_Pnt(p.real, p.imag, z)).Vertex() for p in starts]
-    wire = BRepBuilderAPI_MakeWire()
-    for i, segment in enumerate(segments):
-        wire.Add(_edge(segment, z, corners[i], corners[(i + 1) % len(corners)]))
-    return wire.Wire()
+def model(part: CadPart) -> Part:
+    """The part as an object of build123d with its label and colour, without its placements."""
+    return Part([part.solid], label=part.name, color=_colour(part))
 
 
-def _reversed(wire: Any) -> Any:
-    return TopoDS.Wire(wire.Reversed())
+def assembly(name: str, parts: Sequence[CadPart]) -> Compound:
+    """All parts at their placements as children of one compound."""
+    children = []
+    for part in parts:
+        for placement in part.placements:
+            child = model(part).locate(location(placement))
+            child.label = placement.name
+            children.append(child)
+    return Compound(label=name, children=children)
 
 
-def _edge(segment: Segment, z: float, start: Any, end: Any) -> Any:
+def location(placement: Placement) -> Location:
+    """A placement as a location of build123d."""
+    shift = (placement.shift.real, placement.shift.imag, placement.height)
+    return Location(shift, (0.0, 0.0, math.degrees(placement.rotation)))
+
+
+def _colour(part: CadPart) -> Color:
+    # The colours are sRGB, those of build123d linear.
+    return Color(Quantity_ColorRGBA(Quantity_Color(*part.colour, Quantity_TOC_sRGB)))
+
+
+def _wire(segments: Sequence[Segment], z: float) -> Wire:
+    return Wire([_edge(segment, z) for segment in segments])
+
+
+def _edge(segment: Segment, z: float) -> Edge:
     if isinstance(segment, SplinePiece):
-        return BRepBuilderAPI_MakeEdge(_bspline(segment, z), start, end).Edge()
+        return Edge(BRepBuilderAPI_MakeEdge(_bspline(segment, z)).Edge())
+    start, end = ((point.real, point.imag, z) for point in (segment.start, segment.end))
     if isinstance(segment, Line):
-        return BRepBuilderAPI_MakeEdge(start, end).Edge()
-    centre = gp_Pnt(segment.centre.real, segment.centre.imag, z)
-    # A clockwise arc is a counterclockwise one about the axis that points down.
-    axis = gp_Ax2(centre, gp_Dir(0.0, 0.0, 1.0 if segment.sweep > 0.0 else -1.0), gp_Dir(1.0, 0.0, 0.0))
-    return BRepBuilderAPI_MakeEdge(gp_Circ(axis, segment.radius), start, end).Edge()
+        return Edge.make_line(start, end)
+    if segment.full_circle:
+        return Edge.make_circle(segment.radius, Plane((segment.centre.real, segment.centre.imag, z)))
+    middle = segment.centre + cmath.rect(segment.radius, 0.5 * (segment.from_angle + segment.to_angle))
+    return Edge.make_three_point_arc(start, (middle.real, middle.imag, z), end)
 
 
 def _bspline(piece: SplinePiece, z: float) -> Any:
@@ -126,14 +130,14 @@ def _bspline(piece: SplinePiece, z: float) -> Any:
     return Geom_BSplineCurve(poles, knot_array, multiplicity_array, piece.degree)
 
 
-def write_part(part: Part, path: Path, schema: str) -> None:
+def write_part(part: CadPart, path: Path, schema: str) -> None:
     """Write one part without its placements. Raises ``ExportError`` if the kernel cannot."""
     document, shapes = _document()
     _add(document, shapes, part)
     _save(document, path, part.name, schema)
 
 
-def write_assembly(name: str, parts: tuple[Part, ...], path: Path, schema: str) -> None:
+def write_assembly(name: str, parts: tuple[CadPart, ...], path: Path, schema: str) -> None:
     """Write parts at their placements, each shape stored once. Raises ``ExportError`` if the kernel cannot."""
     document, shapes = _document()
     assembly = shapes.NewShape()
@@ -141,7 +145,7 @@ def write_assembly(name: str, parts: tuple[Part, ...], path: Path, schema: str) 
     for part in parts:
         label = _add(document, shapes, part)
         for placement in part.placements:
-            component = shapes.AddComponent(assembly, label, _location(placement))
+            component = shapes.AddComponent(assembly, label, location(placement).wrapped)
             TDataStd_Name.Set_s(component, TCollection_ExtendedString(placement.name))
     shapes.UpdateAssemblies()
     _save(document, path, name, schema)
@@ -157,24 +161,17 @@ def _document() -> tuple[Any, Any]:
     return document, shapes
 
 
-def _add(document: Any, shapes: Any, part: Part) -> Any:
-    label = shapes.AddShape(part.solid, False)
+def _add(document: Any, shapes: Any, part: CadPart) -> Any:
+    label = shapes.AddShape(part.solid.wrapped, False)
     TDataStd_Name.Set_s(label, TCollection_ExtendedString(part.name))
     colours = XCAFDoc_DocumentTool.ColorTool_s(document.Main())
-    colours.SetColor(label, Quantity_Color(*part.colour, Quantity_TOC_sRGB), XCAFDoc_ColorType.XCAFDoc_ColorGen)
+    colours.SetColor(label, _colour(part).wrapped.GetRGB(), XCAFDoc_ColorType.XCAFDoc_ColorGen)
     materials = XCAFDoc_DocumentTool.MaterialTool_s(document.Main())
     texts = (part.material.name, part.material.description, "", "")
     name, description, *no_density = (TCollection_HAsciiString(text) for text in texts)
     # No density: the kernel writes its unit as g³·cm² (OCCT 8.0), which readers use literally.
     materials.SetMaterial(label, name, description, 0.0, *no_density)
     return label
-
-
-def _location(placement: Placement) -> Any:
-    rotation, translation = gp_Trsf(), gp_Trsf()
-    rotation.SetRotation(gp_Ax1(gp_Pnt(), gp_Dir(0.0, 0.0, 1.0)), placement.rotation)
-    translation.SetTranslation(gp_Vec(placement.shift.real, placement.shift.imag, placement.height))
-    return TopLoc_Location(translation.Multiplied(rotation))
 
 
 def _in_fixed_order(path: Path) -> None:
@@ -218,61 +215,60 @@ def _save(document: Any, path: Path, name: str, schema: str) -> None:
         raise ExportError("STEP file", f"'{path.name}'", "was not written by the kernel", "check the folder", " ")
 
 
-def read_shape(path: Path) -> Any:
-    """The single shape in a STEP file, in mm. Raises ``ExportError`` if the kernel cannot read it."""
-    reader = STEPControl_Reader()
-    if reader.ReadFile(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone:
-        raise read_back_error("STEP file", path, "cannot be read back")
-    reader.TransferRoots()
-    return reader.OneShape()
+def read_shape(path: Path) -> Compound:
+    """The shape in a STEP file, in mm. Raises ``ExportError`` if the kernel cannot read it."""
+    try:
+        return import_step(path)
+    except (RuntimeError, ValueError):
+        raise read_back_error("STEP file", path, "cannot be read back") from None
 
 
-def sound_solids(shape: Any, path: Path, count: int) -> list[Any]:
+def sound_solids(shape: Compound, path: Path, count: int) -> list[Solid]:
     """The solids of a shape; raises ``ExportError`` unless there are ``count``, each valid and closed."""
-    solids = _parts(shape, TopAbs_ShapeEnum.TopAbs_SOLID)
-    # In a closed shell every edge has a face on either side.
-    closed = [all(map(BRep_Tool.IsClosed_s, _parts(solid, TopAbs_ShapeEnum.TopAbs_SHELL))) for solid in solids]
-    sound = [BRepCheck_Analyzer(s).IsValid() and shells for s, shells in zip(solids, closed, strict=True)]
+    solids = list(shape.solids())
+    sound = [solid.is_valid and solid.is_manifold for solid in solids]
     if len(solids) != count or not all(sound):
         raise read_back_error("STEP file", path, f"read back with {sum(sound)} valid closed solids of {count}")
     return solids
 
 
-def top_edges(solid: Any) -> tuple[list[Any], int, int]:
-    """Edges round the top face of an extruded solid in order, number of its inner wires, number of all faces."""
-
-    def lowest(face: Any) -> float:
-        box = Bnd_Box()
-        BRepBndLib.Add_s(face, box)
-        return float(box.CornerMin().Z())
-
-    faces = _parts(solid, TopAbs_ShapeEnum.TopAbs_FACE)
-    top = max(faces, key=lowest)
-    edges = []
-    explorer = BRepTools_WireExplorer(BRepTools.OuterWire_s(TopoDS.Face(top)))
-    while explorer.More():
-        edges.append(explorer.Current())
-        explorer.Next()
-    return edges, len(_parts(top, TopAbs_ShapeEnum.TopAbs_WIRE)) - 1, len(faces)
+def top_edges(solid: Solid) -> tuple[list[Edge], int, int]:
+    """Edges round the top face of an extruded solid, number of its inner wires, number of all faces."""
+    faces = solid.faces()
+    top = faces.sort_by(Axis.Z)[-1]
+    return list(top.outer_wire().edges()), len(top.inner_wires()), len(faces)
 
 
-def points_on(edges: list[Any]) -> ComplexArray:
+def top_area(solid: Solid) -> float:
+    """Area of the top face by the kernel's integration [mm²]."""
+    return float(solid.faces().sort_by(Axis.Z)[-1].area)
+
+
+def face_count(solid: Solid) -> int:
+    """Number of faces of a solid."""
+    return len(solid.faces())
+
+
+def tessellated(solid: Solid, chord_error: float) -> tuple[FloatArray, IntArray]:
+    """Corners, shape (n, 3) [mm], and triangles, shape (m, 3), of a solid's closed mesh with chords within
+    ``chord_error`` [mm]."""
+    # build123d alone takes the error relative to the size of each edge.
+    BRepMesh_IncrementalMesh(solid.wrapped, chord_error, False, _MESH_ANGLE)
+    points, triangles = solid.tessellate(chord_error, _MESH_ANGLE)
+    # Neighbouring faces share the points on their edge, here to the last bits.
+    xyz = np.round(np.array([tuple(point) for point in points]), 7) + 0.0
+    corners, which = np.unique(xyz, axis=0, return_inverse=True)
+    return corners, which.ravel()[np.array(triangles, dtype=np.intp)]
+
+
+def points_on(edges: list[Edge]) -> ComplexArray:
     """Points along every knot span of spline edges, by the kernel's own evaluation; shape (spans, points) [mm]."""
     rows = []
     for edge in edges:
-        adaptor = BRepAdaptor_Curve(edge)
+        adaptor = edge.geom_adaptor()
         curve = adaptor.BSpline()
         knots = [curve.Knot(i) for i in range(1, curve.NbKnots() + 1)]
         for low, high in itertools.pairwise(knots):
             at = np.linspace(low, high, _CHECKS_PER_SPAN).tolist()
             rows.append([complex(point.X(), point.Y()) for point in map(adaptor.Value, at)])
     return np.array(rows)
-
-
-def _parts(shape: Any, kind: Any) -> list[Any]:
-    found = []
-    explorer = TopExp_Explorer(shape, kind)
-    while explorer.More():
-        found.append(explorer.Current())
-        explorer.Next()
-    return found
