@@ -1,7 +1,15 @@
 """Compare measured files with the simulation and identify the manufacturing error that explains the difference."""
 
+from cycloid_profile.diagnosis.change.amounts import AmountChange as AmountChange
+from cycloid_profile.diagnosis.change.amounts import ParameterChange as ParameterChange
+from cycloid_profile.diagnosis.change.comparison import Comparison as Comparison
+from cycloid_profile.diagnosis.change.comparison import FilePair as FilePair
+from cycloid_profile.diagnosis.change.comparison import compare_diagnoses as compare_diagnoses
+from cycloid_profile.diagnosis.change.comparison import comparison_to_json as comparison_to_json
+from cycloid_profile.diagnosis.change.loop_figures import FigureChange as FigureChange
 from cycloid_profile.diagnosis.data.recording import Recording as Recording
 from cycloid_profile.diagnosis.data.recording import record as record
+from cycloid_profile.diagnosis.data.screening import screen_files as screen_files
 from cycloid_profile.diagnosis.model.candidate import Candidate as Candidate
 from cycloid_profile.diagnosis.model.candidate import candidate_of as candidate_of
 from cycloid_profile.diagnosis.model.candidate import candidates as candidates

@@ -13,6 +13,7 @@ import time
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -25,12 +26,20 @@ from cycloid_profile.diagnosis.data.noise import Noise
 from cycloid_profile.diagnosis.data.recording import record
 from cycloid_profile.diagnosis.data.repeats import with_noise_of_repeats
 from cycloid_profile.diagnosis.model.candidate import Candidate, candidates, chatter, places
-from cycloid_profile.diagnosis.model.evidence import CHANCE, Library, estimate, rank_sets
+from cycloid_profile.diagnosis.model.evidence import (
+    CHANCE,
+    Library,
+    Scored,
+    distinct,
+    estimate,
+    of_different_names,
+    scores,
+)
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
 from cycloid_profile.diagnosis.model.flank_grid import FlankGrid
 from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
 from cycloid_profile.diagnosis.model.priors import priors_of
-from cycloid_profile.diagnosis.model.whitened import normal_equations
+from cycloid_profile.diagnosis.model.whitened import NormalEquations, normal_equations
 from cycloid_profile.diagnosis.search._subsampling import subsample
 from cycloid_profile.diagnosis.search.lobe_index import index_lobes
 from cycloid_profile.diagnosis.search.search import equations_about
@@ -146,6 +155,35 @@ class Posed:
             and all(parts.get(k, v if k in c.kind.shapes else None) == v for k, v in c.choice.items())
         )
         return next(found)
+
+
+_EXTENDED_PAIRS = 40  # bounds the triples, whose number grows with pairs times candidates
+
+
+def rank_sets(
+    equations: NormalEquations, priors: FloatArray, deepest: int = 3, keep: Sequence[int] = ()
+) -> list[Scored]:
+    """All singles, all pairs, and triples that extend the best pairs, by decreasing evidence.
+
+    Of candidates with one name and identical patterns only the first takes part, or the one in ``keep``.
+    """
+    visible = distinct(equations, keep)
+    if not visible.size:
+        return []
+    singles = visible[:, np.newaxis]
+    scored = scores(equations, priors, singles)
+    if visible.size > 1 and deepest > 1:
+        pairs = np.array(list(combinations(visible.tolist(), 2)), dtype=np.intp)
+        pairs = of_different_names(equations, pairs)
+        scored += scores(equations, priors, pairs)
+    best = sorted(scored, key=lambda s: -s.log_evidence)
+    if deepest > 2 and visible.size > 2:
+        best_pairs = [s.members for s in best if len(s.members) == 2][:_EXTENDED_PAIRS]
+        triples = {tuple(sorted((*pair, int(i)))) for pair in best_pairs for i in visible if i not in pair}
+        if triples:
+            chosen = of_different_names(equations, np.array(sorted(triples), dtype=np.intp))
+            best = sorted(best + scores(equations, priors, chosen), key=lambda s: -s.log_evidence)
+    return best
 
 
 def subsampled(recording: Recording, rows: int) -> Recording:

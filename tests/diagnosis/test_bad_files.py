@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 
 from cycloid_profile.cli.main import run
 from cycloid_profile.design import as_built_reducer
-from cycloid_profile.diagnosis import Diagnosis, diagnose
+from cycloid_profile.diagnosis import Diagnosis, diagnose, screen_files
 from cycloid_profile.diagnosis.data.recording import record
 from cycloid_profile.diagnosis.data.screening import screen
 from cycloid_profile.effects import AsBuiltReducer
@@ -161,6 +161,30 @@ def test_mistake_is_refused(mistake: str) -> None:
     assert "nan" not in sentence
 
 
+@pytest.mark.parametrize("mistake", REFUSED)
+def test_mistake_is_refused_by_the_rules_that_all_commands_share(mistake: str) -> None:
+    name, change, named = REFUSED[mistake]
+    with pytest.raises(MeasurementError, match=re.escape(named)):
+        screen_files(reducer(), [change(good(name))])
+
+
+@pytest.mark.parametrize("mistake", ["loop in N·mm", "loop in disorder", "turn in rad", "loop at one torque"])
+def test_compare_refuses_what_diagnose_refuses(
+    mistake: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    name, change, named = REFUSED[mistake]
+    assert named in _refused_by_the_command(format_measurement(change(good(name))), tmp_path, capsys, "compare")
+
+
+@pytest.mark.parametrize("held_out", [False, True])
+def test_file_given_twice_is_refused(held_out: bool) -> None:
+    scan, loop = good("scan"), good("loop")
+    copy = replace(scan, name="copy.csv")
+    files, checks = ([scan, loop], [copy]) if held_out else ([scan, loop, copy], [])
+    with pytest.raises(MeasurementError, match=r"copy\.csv: rows are those of bad\.csv"):
+        diagnose(reducer(), files, held_out=checks)
+
+
 @pytest.mark.parametrize("datum", ["bore", "free"])
 @pytest.mark.parametrize("drive", OTHER_DRIVES)
 def test_scan_of_another_drive_is_refused(drive: str, datum: str) -> None:
@@ -198,13 +222,15 @@ def test_file_with_hardly_anything_in_it_is_refused(
     assert named in _refused_by_the_command(body, tmp_path, capsys)
 
 
-def _refused_by_the_command(text: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> str:
+def _refused_by_the_command(
+    text: str, folder: Path, capsys: pytest.CaptureFixture[str], command: str = "diagnose"
+) -> str:
     """The sentence of the command, which wrote nothing else."""
     spec, file = folder / "spec.toml", folder / "bad.csv"
     spec.write_text(spec_text(REDUCER), encoding="utf-8")
     file.write_text(text, encoding="utf-8")
-    words = ["diagnose", str(spec), str(file), "--out", str(folder / "out"), "--json", str(folder / "told.json")]
-    assert run(words) == 2
+    json = [] if command == "compare" else ["--json", str(folder / "told.json")]
+    assert run([command, str(spec), str(file), "--out", str(folder / "out"), *json]) == 2
     out, err = capsys.readouterr()
     assert out == ""
     (sentence,) = [line for line in err.splitlines() if not line.startswith("…")]

@@ -9,7 +9,7 @@ import numpy as np
 from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
 from cycloid_profile.diagnosis.data._drift import loop_drift, turn_drift
 from cycloid_profile.diagnosis.data.noise import Noise, estimate_noise, gross_errors, local_noise, run_starts
-from cycloid_profile.effects import AsBuiltReducer
+from cycloid_profile.effects import AsBuiltReducer, transmitted_torque
 from cycloid_profile.errors import MeasurementError
 from cycloid_profile.measurement import (
     HYSTERESIS,
@@ -20,13 +20,13 @@ from cycloid_profile.measurement import (
     MeasurementKind,
 )
 from cycloid_profile.rig import (
-    LEAST_COMPARED_SHARE,
     CurvePrediction,
     RegisteredScan,
+    preceding_sign,
     predict_curve,
     register_scan,
 )
-from cycloid_profile.units import DEGREE, NEWTON_METRE, UM
+from cycloid_profile.units import DEGREE, UM
 
 # Accuracy of the simulation in the unit of the column: docs/diagnosis.md, "Accuracy of the simulation".
 SIMULATION_ACCURACY = {
@@ -35,12 +35,11 @@ SIMULATION_ACCURACY = {
     TRANSMISSION_ERROR: 0.02,
     LOST_MOTION_MAP: 0.001,
 }
-# Rows of a loop below this share of the rated torque are omitted: friction decides which flank is in contact.
+# Rows of a loop with less than this share of its largest torque on the stage are omitted: it may touch either flank.
 NEAR_ZERO = 0.05
-# Friction reduces the torque on the stage. The remaining torque must exceed the limit with this margin on friction.
-_FRICTION_MARGIN = 1.25
+FRICTION_MARGIN = 0.25  # of friction, which a loop shows to this share: the limit above is raised by it
 _MIDDLE = 0.3  # share of the largest torque within which the branches are compared
-# Share of the rated torque after a reversal that is omitted: the friction law at reversals is uncertain.
+# Share of the largest torque after a reversal that is omitted: the friction law at reversals is uncertain.
 NEAR_TURN = 0.05
 # Held-out rows come in blocks, so that correlated noise does not reach them from fitted rows.
 _BLOCKS_PER_LOBE = 6
@@ -60,8 +59,8 @@ class Recording:
     """A measured file and the properties known before any effect is fitted.
 
     ``rows``: rows in use, ordered along the disc, the angle or the loop. ``held_out``: mask of ``rows`` kept for the
-    check. ``disc``: scanned disc, counted from 0. ``placed``: first registration of a scan. ``lobes_indexed``: its lobe
-    index is fixed. ``predicted``: first prediction of a curve. ``notes``: sentences about the data. ``lobes_covered``:
+    check. ``disc``: scanned disc, counted from 0. ``placed``: first registration of a scan.
+    ``predicted``: first prediction of a curve. ``notes``: sentences about the data. ``lobes_covered``:
     number of lobes that a scan shows. ``drift``: standard deviation of a drift, from the middle to either end of a
     curve, in the unit of the column; 0 if the rows show none.
     """
@@ -74,7 +73,6 @@ class Recording:
     notes: tuple[str, ...] = ()
     placed: RegisteredScan | None = None
     predicted: CurvePrediction | None = None
-    lobes_indexed: bool = False
     lobes_covered: int = 0
     drift: float = 0.0
 
@@ -104,14 +102,22 @@ class Recording:
         return run_starts(np.flatnonzero(chosen)) | run_starts(self.rows[chosen])
 
 
+_STATED = (1e-6, 1e6)  # in the unit of the column: a millionth of what any instrument resolves, and more than any reads
+
+
 def record(reducer: AsBuiltReducer, measurement: Measurement, disc: int = 0) -> Recording:
     """Prepare a measured file.
 
     Raises
     ------
     MeasurementError
-        If fewer than 8 rows can be compared with the prediction, or the disc does not exist.
+        If fewer than 8 rows can be compared with the prediction, the disc does not exist, or the stated noise is of no
+        instrument.
     """
+    stated, (least, most) = measurement.stated_noise, _STATED
+    if stated is not None and not least <= stated <= most:
+        limit = f"is outside {least:g} to {most:g}"
+        raise MeasurementError(f"{measurement.name}: {measurement.kind.noise_key}", stated, limit, "check its unit")
     if measurement.kind is PROFILE_SCAN:
         return _scan_recording(reducer, measurement, disc)
     return _curve_recording(reducer, measurement)
@@ -218,18 +224,24 @@ def averaged_scan(measurement: Measurement, placed: RegisteredScan, rows: IntArr
     return replace(measurement, columns={"x_mm": z.real, "y_mm": z.imag})
 
 
-def _usable_rows(torque: FloatArray, angle: FloatArray, rated: float) -> BoolArray:
-    """Rows of a loop away from zero torque and from reversals, where friction changes sign."""
+def _usable_rows(measurement: Measurement) -> BoolArray:
+    """Rows of a loop whose stage is loaded and away from reversals, where friction changes sign."""
+    torque, angle = measurement["torque_nm"], measurement["angle_arcmin"]
     direction = np.sign(np.diff(torque, prepend=torque[0]))
-    least = max(
-        NEAR_ZERO * rated, LEAST_COMPARED_SHARE * rated + _FRICTION_MARGIN * _friction(torque, angle, direction)
-    )
+    peak, friction = float(np.max(np.abs(torque))), _friction(torque, angle, direction)
+    transmitted = transmitted_torque(torque, friction, 0.0, preceding_sign(measurement))
+    near = torque_since_reversal(torque, direction) < NEAR_TURN * peak
+    return (np.abs(transmitted) >= NEAR_ZERO * peak + FRICTION_MARGIN * friction) & ~near
+
+
+def torque_since_reversal(torque: FloatArray, direction: FloatArray) -> FloatArray:
+    """Torque passed since the ``direction`` of the load last changed its sign, infinite before; in their shape."""
     reversal = np.full(torque.size, np.inf)
     for i in range(1, torque.size):
         back = direction[i] * direction[i - 1] < 0.0
         reversal[i] = torque[i - 1] if back else reversal[i - 1]
-    near: BoolArray = np.abs(torque - reversal) < NEAR_TURN * rated
-    return (np.abs(torque) >= least) & ~near
+    passed: FloatArray = np.abs(torque - reversal)
+    return passed
 
 
 def _friction(torque: FloatArray, angle: FloatArray, direction: FloatArray) -> float:
@@ -248,13 +260,11 @@ def _friction(torque: FloatArray, angle: FloatArray, direction: FloatArray) -> f
 
 def _curve_recording(reducer: AsBuiltReducer, measurement: Measurement) -> Recording:
     predicted = predict_curve(reducer, measurement)
-    residual = measurement.value - predicted.value
+    residual = measurement.value - predicted.on_last_flank
     rows = np.arange(residual.size)
     notes = []
     if measurement.kind is HYSTERESIS:
-        rows = rows[
-            _usable_rows(measurement["torque_nm"], measurement["angle_arcmin"], abs(reducer.case.torque) / NEWTON_METRE)
-        ]
+        rows = rows[_usable_rows(measurement)]
         block = rows // _LOOP_BLOCK
     else:
         angle = measurement["output_angle_deg"]

@@ -13,15 +13,18 @@ import numpy as np
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.contact.stage import LoadedContacts
 from cycloid_profile.diagnosis import _tuned as tuned
-from cycloid_profile.diagnosis.data.recording import Recording
+from cycloid_profile.diagnosis.data.recording import FRICTION_MARGIN, NEAR_ZERO, Recording, torque_since_reversal
+from cycloid_profile.diagnosis.model.priors import priors_of
 from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.errors import CycloidError
+from cycloid_profile.geometry import Trochoid
 from cycloid_profile.measurement import HYSTERESIS, PROFILE_SCAN
 from cycloid_profile.rig import LinearisedCurve
+from cycloid_profile.units import NEWTON_METRE
 
 _NEAR, _FAR = 1.0, 4.0  # pin pitches over which the coupling of neighbouring pins by the disc decays
-# Shares of the largest torque over which the form of friction after a reversal decays.
-_AFTER_REVERSAL = (0.05, 0.15)
+# Shares of the largest torque after a reversal, knots of hat functions; at the last one friction has its full form.
+_AFTER_REVERSAL = (0.0, 0.05, 0.1, 0.2, 0.4)
 _MULTIPLES = 6  # of lobes and pins: amplitudes fall with the harmonic
 
 
@@ -52,19 +55,43 @@ def load_error(reducer: AsBuiltReducer, curve: LinearisedCurve, recording: Recor
     softer = tuned.BEARING_STIFFNESS / reducer.case.drive.support.bearing_stiffness
     with suppress(CycloidError):
         columns.append(curve.change(reducer.with_bearings(softer=softer)))
-    stacked = np.stack([np.nan_to_num(column) for column in columns], axis=1)
+    stacked = np.stack([np.nan_to_num(column, posinf=0.0, neginf=0.0) for column in columns], axis=1)
     return stacked - _common(recording, stacked)
+
+
+def path_error(reducer: AsBuiltReducer, curve: LinearisedCurve, recording: Recording) -> FloatArray:
+    """Columns of the error of the path of a loop, with shares of the whole twist as widths, shape (rows, columns).
+
+    Hat functions along the path, and one column for each row that the model places so close to zero torque on the stage
+    that either flank may touch.
+    """
+    if recording.kind is not HYSTERESIS:
+        return np.zeros((recording.rows.size, 0))
+    rows, torque = recording.rows, recording.measurement["torque_nm"] * NEWTON_METRE
+    predicted, peak = curve.prediction, float(np.max(np.abs(torque)))
+    found = predicted.on_last_flank[np.isfinite(predicted.on_last_flank)]
+    twist = float(np.ptp(found)) if found.size else 0.0
+    path = np.cumsum(np.abs(np.diff(torque, prepend=torque[0]))) / (tuned.LOOP_PATH_STEP * peak)
+    hats = np.maximum(1.0 - np.abs(path[rows, np.newaxis] - np.arange(np.ceil(path[-1]) + 1.0)), 0.0)
+    margin = NEAR_ZERO * peak + FRICTION_MARGIN * reducer.coulomb_torque
+    near = np.maximum(1.0 - np.abs(predicted.terms[0].through) / margin, 0.0)
+    share = tuned.LOOP_PATH[priors_of(reducer).quality]
+    return twist * np.hstack([share * hats[:, : hats.shape[1] * (share > 0.0)], np.diag(near)[:, near > 0.0]])
 
 
 def order_error(reducer: AsBuiltReducer, recording: Recording, position: FloatArray) -> FloatArray:
     """Cosine and sine of the orders of mesh in a curve over a turn, with the accuracy of an order as width."""
     if not recording.kind.over_output_turn:
         return np.zeros((position.size, 0))
-    trochoid = reducer.case.drive.trochoid
-    multiples = np.arange(1, _MULTIPLES + 1)
-    orders = np.unique([*(trochoid.lobes * multiples), *(trochoid.pins * multiples), trochoid.lobes * trochoid.pins])
-    angle = np.outer(position, orders)
-    return tuned.ORDER_ACCURACY * recording.accuracy * np.hstack([np.cos(angle), np.sin(angle)])
+    angle = np.outer(position, mesh_orders(reducer.case.drive.trochoid))
+    return recording.accuracy * np.hstack([np.cos(angle), np.sin(angle)])
+
+
+def mesh_orders(trochoid: Trochoid) -> FloatArray:
+    """Orders per turn of the output at which tooth and pins repeat, and their product, rising."""
+    multiples = np.arange(1.0, _MULTIPLES + 1.0)
+    mesh = float(trochoid.lobes * trochoid.pins)
+    return np.unique([*(trochoid.lobes * multiples), *(trochoid.pins * multiples), mesh])
 
 
 def form_error(
@@ -76,45 +103,36 @@ def form_error(
     torque and branch for a loop.
     """
     trochoid = reducer.case.drive.trochoid
+    if recording.kind is HYSTERESIS:
+        return _form_error_of_loop(signature, recording)
     if recording.kind is PROFILE_SCAN:
         turn = position / trochoid.lobes
         angles = [phase, 2.0 * phase, 3.0 * phase, turn, 2.0 * turn]
-        modulation = _waves(angles)
-    elif recording.kind is HYSTERESIS:
-        torque = recording.measurement["torque_nm"] / float(np.max(np.abs(recording.measurement["torque_nm"])))
-        branch, past = _since_reversal(torque)
-        t, branch, past = torque[recording.rows], branch[recording.rows], past[recording.rows]
-        # Elastic effects follow the torque alone; only what depends on the path can err in its path.
-        smooth = np.stack([np.ones_like(t), t, t * t, t**3, np.sign(t), np.abs(t)], axis=1)
-        elastic = smooth @ np.linalg.lstsq(smooth, signature, rcond=None)[0]
-        path = signature - elastic
-        after = [tuned.REVERSAL / tuned.FORM * np.exp(-past / decay) * path for decay in _AFTER_REVERSAL]
-        by_torque = [elastic * t, elastic * t * t, elastic * t**3]
-        return tuned.FORM * np.stack([*by_torque, path * t, path * branch, path * branch * t, *after], axis=1)
     else:
-        discs = reducer.discs
-        mesh = [k * discs * n * position for n in (trochoid.lobes, trochoid.pins) for k in (1, 2, 3)]
-        modulation = _waves([position, 2.0 * position, *mesh])
-    return tuned.FORM * signature[:, np.newaxis] * modulation
+        mesh = [k * reducer.discs * n * position for n in (trochoid.lobes, trochoid.pins) for k in (1, 2, 3)]
+        angles = [position, 2.0 * position, *mesh]
+    return tuned.FORM * signature[:, np.newaxis] * _waves(angles)
+
+
+def _form_error_of_loop(signature: FloatArray, recording: Recording) -> FloatArray:
+    """Elastic effects follow the torque alone; only what depends on the path can err in its path."""
+    whole = recording.measurement["torque_nm"] / float(np.max(np.abs(recording.measurement["torque_nm"])))
+    direction = np.sign(np.diff(whole, prepend=whole[0]))
+    direction[0] = direction[1]
+    t, branch = whole[recording.rows], direction[recording.rows]
+    past = torque_since_reversal(whole, direction)[recording.rows]
+    smooth = np.stack([np.ones_like(t), t, t * t, t**3, np.sign(t), np.abs(t)], axis=1)
+    elastic = smooth @ np.linalg.lstsq(smooth, signature, rcond=None)[0]
+    path = signature - elastic
+    slow = [elastic * t, elastic * t * t, elastic * t**3, path * t, path * branch, path * branch * t]
+    hats = np.eye(len(_AFTER_REVERSAL))[:-1]
+    after = [np.interp(past, _AFTER_REVERSAL, hat) * path for hat in hats]
+    return np.stack([*(tuned.FORM * one for one in slow), *(tuned.REVERSAL * one for one in after)], axis=1)
 
 
 def _waves(angles: list[FloatArray]) -> FloatArray:
     waves = [wave for angle in angles for wave in (np.cos(angle), np.sin(angle))]
     return np.stack(waves, axis=1)
-
-
-def _since_reversal(torque: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Direction of the load at each row, and the torque passed since it last changed, infinite before."""
-    direction = np.sign(np.diff(torque, prepend=torque[0]))
-    direction[0] = direction[1] if direction.size > 1 else 1.0
-    past = np.full(torque.size, np.inf)
-    turned = np.nan
-    for i in range(1, torque.size):
-        if direction[i] * direction[i - 1] < 0.0:
-            turned = torque[i - 1]
-        if np.isfinite(turned):
-            past[i] = abs(torque[i] - turned)
-    return direction, past
 
 
 def _coupled(at: LoadedContacts, reducer: AsBuiltReducer, pitches: float) -> FloatArray:

@@ -95,11 +95,6 @@ class Candidate:
         return self.name, self.on_all_discs, self.choice.get("flank"), self.choice.get("form")
 
     @property
-    def breaks_pin_symmetry(self) -> bool:
-        """Whether the effect makes one pin differ from another."""
-        return self.kind.location is EffectLocation.RING and (self.angle is not None or "pin" in self.choice)
-
-    @property
     def waves(self) -> int:
         """Periods of the effect per turn of its angle: two for an oval."""
         return self.kind.harmonic

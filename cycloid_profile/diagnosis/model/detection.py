@@ -16,6 +16,7 @@ import numpy as np
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.diagnosis.data.noise import SCATTER_OF_ESTIMATE, sidak, upper_tail
+from cycloid_profile.diagnosis.model._model_error import mesh_orders
 from cycloid_profile.diagnosis.model.candidate import Candidate, places
 from cycloid_profile.diagnosis.model.chatter_spectrum import chatter_spectrum
 from cycloid_profile.diagnosis.model.residuals import nuisance_fitted
@@ -29,7 +30,6 @@ FALSE_ALARM = 0.005  # of a whole diagnosis: one in 200 without an effect raises
 _WINDOWS = (4, 12, 40, 120)  # rows, each about three times the one before
 _PHASE_BINS = 24  # of 15° of ψ
 _LOW_ORDERS = 12  # form errors; more waves are chatter
-_MULTIPLES = 6  # of lobes and pins: amplitudes fall with the harmonic
 # The simulation error may be larger in the amplitude of a wave, and larger still at one place, than over a file.
 _WAVE_LIMIT = math.sqrt(2.0)
 _LOCAL_LIMIT = 5.0  # times the accuracy, which is a root mean square over the file
@@ -174,17 +174,7 @@ def _block_findings(block: Whitened, z: FloatArray) -> list[Finding]:
         found.append(_orders(replace(base, coordinate="waves per turn"), block, t, np.arange(1.0, _LOW_ORDERS + 1.0)))
     elif recording.kind is not HYSTERESIS:
         trochoid = block.residuals.reducer.case.drive.trochoid
-        multiples = np.arange(1.0, _MULTIPLES + 1.0)
-        orders = np.unique(
-            np.concatenate(
-                [
-                    np.arange(1.0, _LOW_ORDERS + 1.0),
-                    trochoid.lobes * multiples,
-                    trochoid.pins * multiples,
-                    [float(trochoid.lobes * trochoid.pins)],
-                ]
-            )
-        )
+        orders = np.unique([*np.arange(1.0, _LOW_ORDERS + 1.0), *mesh_orders(trochoid)])
         found.append(_orders(replace(base, coordinate="order"), block, position, orders))
     limits = {"waves per turn": _WAVE_LIMIT, "order": _WAVE_LIMIT, "psi_deg": 2.0, "file": 1.0}
     return [

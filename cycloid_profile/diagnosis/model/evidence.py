@@ -22,8 +22,8 @@ from cycloid_profile.diagnosis.model.candidate import IMPLAUSIBLE, Candidate, pl
 from cycloid_profile.diagnosis.model.whitened import NormalEquations, coordinates
 
 CHANCE = 0.05  # prior probability of each effect: two of forty are expected
-_EXTENDED_PAIRS = 40  # bounds the triples, whose number grows with pairs times candidates
 _INVISIBLE = 0.01  # least information of one prior width, in (standard deviations)²
+_LEAST_VARIANCE = 1e-20  # prior widths²
 ALIAS = 0.999  # cosine above which no data of these kinds separate two effects
 
 
@@ -41,32 +41,6 @@ def log_priors(candidates: Sequence[Candidate], frequencies: int = 1) -> FloatAr
     count["grinding_chatter"] = frequencies
     odds = math.log(CHANCE / (1.0 - CHANCE))
     return np.array([odds - math.log(count[candidate.name]) for candidate in candidates])
-
-
-def rank_sets(
-    equations: NormalEquations, priors: FloatArray, deepest: int = 3, keep: Sequence[int] = ()
-) -> list[Scored]:
-    """All singles, all pairs, and triples that extend the best pairs, by decreasing evidence.
-
-    Of candidates with one name and identical patterns only the first takes part, or the one in ``keep``.
-    """
-    visible = distinct(equations, keep)
-    if not visible.size:
-        return []
-    singles = visible[:, np.newaxis]
-    scored = scores(equations, priors, singles)
-    if visible.size > 1 and deepest > 1:
-        pairs = np.array(list(combinations(visible.tolist(), 2)), dtype=np.intp)
-        pairs = of_different_names(equations, pairs)
-        scored += scores(equations, priors, pairs)
-    best = sorted(scored, key=lambda s: -s.log_evidence)
-    if deepest > 2 and visible.size > 2:
-        best_pairs = [s.members for s in best if len(s.members) == 2][:_EXTENDED_PAIRS]
-        triples = {tuple(sorted((*pair, int(i)))) for pair in best_pairs for i in visible if i not in pair}
-        if triples:
-            chosen = of_different_names(equations, np.array(sorted(triples), dtype=np.intp))
-            best = sorted(best + scores(equations, priors, chosen), key=lambda s: -s.log_evidence)
-    return best
 
 
 def estimate(equations: NormalEquations, members: Sequence[int]) -> tuple[FloatArray, FloatArray]:
@@ -138,7 +112,8 @@ def _of_half_priors(u: FloatArray, covariance: FloatArray, one_sided: BoolArray)
     """Σ ln 2Φ(û/σ) of one-sided members, broadcast over sets: shapes (…, 2n), (…, 2n, 2n), (…, n)."""
     from scipy.special import log_ndtr
 
-    sigma = np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1))
+    # Rounding takes the variance of a size that is known to many digits below zero.
+    sigma = np.sqrt(np.maximum(np.diagonal(covariance, axis1=-2, axis2=-1), _LEAST_VARIANCE))
     gained = math.log(2.0) + log_ndtr(u / sigma)
     found: FloatArray = np.sum(np.where(one_sided, gained[..., 0::2], 0.0), axis=-1)
     return found

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -17,14 +17,14 @@ from cycloid_profile.diagnosis.model.evidence import log_evidence_at
 from cycloid_profile.diagnosis.model.flank_grid import FlankGrid
 from cycloid_profile.diagnosis.model.optimum import FARTHEST, Attempt, Optimum
 from cycloid_profile.diagnosis.model.residuals import Residuals, predicted_curves
-from cycloid_profile.diagnosis.model.whitened import Whitened, normal_equations
+from cycloid_profile.diagnosis.model.whitened import NormalEquations, Whitened, normal_equations
 from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.errors import CycloidError
 from cycloid_profile.measurement import HYSTERESIS, PROFILE_SCAN
 from cycloid_profile.rig import CurvePrediction
 
-_HALVINGS = 3  # shortenings of a step, to a sixteenth at the least: a shorter step gains nothing
-_FEW_OF_POSES = 0.25  # share of the poses to solve below which a state is cheap
+# Levenberg–Marquardt: damping of a step, in shares of the curvature, without which a step may leave the linear range.
+_DAMPING = (0.0, 0.3, 3.0, 30.0)
 _LARGEST_STEP = 1.0  # prior widths, see ``_bounded``
 _ABANDONED_ABOVE = 50.0  # of chi² above the best set: five times the 9 between two distinguished sets
 _CACHED_STATES = 6  # states in the cache; each holds the load on every pin at every row
@@ -96,28 +96,11 @@ class ExactModel:
         ]
         return self.with_recordings(recordings, residuals)
 
-    def without_scans(self) -> ExactModel:
-        """The same reducer with bench files only."""
-        return self._only_with([one for one in self.baseline.residuals if one.recording.kind.is_curve])
-
-    def scans_alone(self) -> ExactModel:
-        """The same reducer with scans only."""
-        return self._only_with([one for one in self.baseline.residuals if one.recording.kind is PROFILE_SCAN])
-
-    def _only_with(self, residuals: Sequence[Residuals]) -> ExactModel:
-        return self.with_recordings([one.recording for one in residuals], residuals)
-
     def with_held_out(self, recordings: Sequence[Recording]) -> ExactModel:
         """The same with other rows held out; known residuals are reused."""
         twin = self.with_recordings(recordings, self.baseline.residuals)
         twin._states = self._states
         return twin
-
-    def optima(
-        self, attempts: Sequence[Attempt], prior: Callable[[Sequence[Candidate]], float]
-    ) -> list[Optimum | None]:
-        """Optimum of each attempt; None where an attempt fails."""
-        return [self.optimum(one, prior(one.members)) for one in attempts]
 
     @property
     def only_loops(self) -> bool:
@@ -128,18 +111,6 @@ class ExactModel:
     def only_scans(self) -> bool:
         """Whether all files are profile scans."""
         return all(r.kind is PROFILE_SCAN for r in self.recordings)
-
-    def solves_few_poses(self, members: Sequence[Candidate]) -> bool:
-        """Whether most poses stay equivalent under rotation by one pin pitch with these members, which makes a state
-        cheap.
-        """
-        return self._few_distinct_poses and not any(member.breaks_pin_symmetry for member in members)
-
-    @cached_property
-    def _few_distinct_poses(self) -> bool:
-        terms = [term for one in self._predicted(self.baseline.residuals) for term in one.terms]
-        solved = sum(term.sharing.torque.size for term in terms)
-        return bool(terms) and solved <= _FEW_OF_POSES * sum(term.output_angle.size for term in terms)
 
     @property
     def baseline(self) -> State:
@@ -188,19 +159,18 @@ class ExactModel:
     def optimum(self, attempt: Attempt, prior: float) -> Optimum | None:
         """Optimum of one set with log prior ``prior``; None if the start has no solution or the attempt is abandoned.
 
-        Gauss–Newton steps with a line search; the priors are unit normal in units of widths.
+        Damped Gauss–Newton steps (Levenberg–Marquardt); the priors are unit normal in units of widths.
         """
         members, u = attempt.members, np.array(attempt.start, dtype=np.float64)
         steps, beat, farthest = attempt.steps, attempt.beat, attempt.farthest
         for i, candidate in enumerate(members):
             if candidate.one_sided:
                 u[2 * i] = max(u[2 * i], 1e-3)
-        # Every attempt starts from the same poses, so that results do not depend on the order of attempts.
-        self._latest = self._predicted(self.baseline.residuals)
+        self.start_anew()
         now = self.state(members, u, farthest)
         if now is None:
             return None
-        converged = False
+        converged, damping = False, 0
         R = np.zeros((u.size, u.size))
         if not members:
             converged, steps = True, 0
@@ -216,12 +186,10 @@ class ExactModel:
             # The linear promise is less reliable before the second step.
             if now.misfit + float(u @ u) - (1.0 + 2.0 / max(number, 1) ** 2) * promised > beat + _ABANDONED_ABOVE:
                 return None
-            new = self._line_search(members, u, step, now, farthest)
+            new = self._improved(members, u, equations, now, farthest, max(damping - 1, 0))
             if new is None:
                 break
-            u, now = new
-            if np.any(np.hypot(u[0::2], u[1::2]) < attempt.least):
-                return None
+            u, now, damping = new
         if members and not converged:
             R = normal_equations(now.blocks, members).R
         rows = sum(block.z.size for block in now.blocks)
@@ -229,6 +197,10 @@ class ExactModel:
         covariance = np.asarray(np.linalg.inv(np.eye(u.size) + R), dtype=np.float64)
         value = log_evidence_at(fall, u, covariance, prior, members)
         return Optimum(members, u, covariance, R, now.chi2, now.misfit + float(u @ u), rows, value, converged)
+
+    def start_anew(self) -> None:
+        """Start from the poses without effects, so that results do not depend on the order of attempts."""
+        self._latest = self._predicted(self.baseline.residuals)
 
     def with_residual_noise(self, optimum: Optimum) -> Optimum:
         """The optimum with covariances scaled by the residual variance of each file, and the error of scale.
@@ -249,21 +221,30 @@ class ExactModel:
         )
         return replace(optimum, covariance=covariance)
 
-    def _line_search(
-        self, members: tuple[Candidate, ...], u: FloatArray, step: FloatArray, now: State, farthest: float
-    ) -> tuple[FloatArray, State] | None:
-        """The step, shortened until chi² falls; None if it does not."""
+    def _improved(
+        self,
+        members: tuple[Candidate, ...],
+        u: FloatArray,
+        equations: NormalEquations,
+        now: State,
+        farthest: float,
+        first: int,
+    ) -> tuple[FloatArray, State, int] | None:
+        """Coordinates and state with a smaller chi², and the number of the damping that led there; None without one.
+
+        ``first`` damping to try.
+        """
         before = now.misfit + float(u @ u)
-        share = 1.0
-        for _ in range(_HALVINGS):
-            tried = u + share * step
+        curvature = np.eye(u.size) + equations.R
+        for number in range(first, len(_DAMPING)):
+            damped = curvature + _DAMPING[number] * np.diag(np.diag(curvature))
+            tried = u + _bounded(np.asarray(np.linalg.solve(damped, equations.b - u), dtype=np.float64))
             for i, candidate in enumerate(members):
                 if candidate.one_sided:
                     tried[2 * i] = max(tried[2 * i], 0.1 * u[2 * i])
             state = self.state(members, tried, farthest)
             if state is not None and state.misfit + float(tried @ tried) < before:
-                return tried, state
-            share *= 0.4
+                return tried, state, number
         return None
 
     def _register(self, reducer: AsBuiltReducer) -> tuple[Residuals, ...]:

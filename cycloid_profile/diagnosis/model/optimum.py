@@ -13,6 +13,7 @@ from cycloid_profile.arrays import FloatArray
 from cycloid_profile.diagnosis.model.candidate import Candidate
 
 FARTHEST = 4.0  # widths: beyond this a size is implausible and the equilibrium may not exist
+_DETERMINED = 2.0  # standard deviations
 _STEPS = 8  # most fits end earlier, by the gain of their last step
 
 
@@ -75,6 +76,15 @@ class Optimum:
                 yield tuple(self.members[i] for i in some), replace(self, u=u)
 
     @property
+    def undetermined(self) -> bool:
+        """Whether a size is within two standard deviations of zero: such a member only lends the error of its form."""
+        for i in range(len(self.members)):
+            u, covariance = self.u[self._own(i)], self.covariance[self._own(i), self._own(i)]
+            if float(u @ u) ** 2 < _DETERMINED**2 * float(u @ covariance @ u):
+                return True
+        return False
+
+    @property
     def implausible(self) -> bool:
         """Whether a size is implausible."""
         sizes = np.hypot(self.u[0::2], self.u[1::2])
@@ -86,7 +96,7 @@ class Attempt:
     """Fit of ``members`` from ``start``, shape (2·members,), in at most ``steps`` steps.
 
     Sizes are limited to ``farthest`` widths. The attempt is abandoned if even the linear model cannot reach ``beat``,
-    chi² with priors of a better set, or if a member falls below ``least`` widths.
+    chi² with priors of a better set.
     """
 
     members: tuple[Candidate, ...]
@@ -94,4 +104,3 @@ class Attempt:
     steps: int = _STEPS
     beat: float = math.inf
     farthest: float = FARTHEST
-    least: float = 0.0

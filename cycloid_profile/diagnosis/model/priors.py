@@ -244,6 +244,7 @@ _PIN = WithinGrade(_pin, ByQuality(5, 6, 12), on_pins=True)
 _CRANK = WithinGrade(_crank_circle, ByQuality(5, 7, 12))
 _GEARS = ByQuality(8, 9, 12)
 _SERIES = ByQuality(5.0, 5.0, 20.0)
+_CREEP = ByQuality(1.2, 1.2, 5.0)  # a quarter: plastics lose that share of their short-time modulus within minutes
 _FRICTION = ShareOf(_torque, ByQuality(0.03, 0.05, 0.15))
 
 PRIORS: dict[type[Effect], PriorRule] = {
@@ -279,7 +280,7 @@ PRIORS: dict[type[Effect], PriorRule] = {
     SunRunout: WithinGrade(_sun, _GEARS),
     SeriesCompliance: ShareOf(_stage_compliance, _SERIES),
     NonlinearSeriesCompliance: ShareOf(_stage_twist, _SERIES),
-    ViscoelasticCreep: ShareOf(_stage_twist, ByQuality(2.0, 2.0, 20.0)),
+    ViscoelasticCreep: ShareOf(_stage_twist, _CREEP),
     CrankBearingCompliance: ShareOf(_bearing_compliance, ByQuality(0.5, 0.5, 3.0)),
     PinSupportCompliance: ShareOf(_contact_compliance, ByQuality(1.0, 1.0, 3.0)),
     CoulombFriction: _FRICTION,
@@ -313,10 +314,17 @@ class Priors:
         return rule.width(self) * (unit if reciprocal else 1.0 / unit)
 
 
+def quality_of(stated: Quality | None, modulus: float) -> Quality:
+    """Quality of manufacture as ``stated``, else printed for a disc of plastic and ground for one of metal.
+
+    ``modulus`` of the disc [MPa].
+    """
+    return stated or ("printed" if modulus < _STIFFEST_PLASTIC else "ground")
+
+
 def priors_of(reducer: AsBuiltReducer) -> Priors:
     """Prior widths for a reducer, its quality from the material of the disc where the spec gives none."""
     case = reducer.case
-    plastic = case.disc_material.youngs_modulus < _STIFFEST_PLASTIC
-    quality: Quality = reducer.quality or ("printed" if plastic else "ground")
+    quality = quality_of(reducer.quality, case.disc_material.youngs_modulus)
     bought = quality == "printed" and case.pin_material.youngs_modulus >= _STIFFEST_PLASTIC
     return Priors(reducer, quality, "machined" if bought else quality)

@@ -11,7 +11,7 @@ import numpy as np
 
 from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
 from cycloid_profile.diagnosis.data.recording import Recording
-from cycloid_profile.diagnosis.model._model_error import form_error, load_error, order_error
+from cycloid_profile.diagnosis.model._model_error import form_error, load_error, order_error, path_error
 from cycloid_profile.diagnosis.model.candidate import Candidate
 from cycloid_profile.diagnosis.model.flank_grid import FlankGrid
 from cycloid_profile.effects import AsBuiltReducer, chatter_angle, removal_between
@@ -69,7 +69,7 @@ class Residuals:
             if predicted is None:
                 predicted = predicted_curves([recording], reducer)[0]
             self.first_order = LinearisedCurve(predicted)
-            self.residual = measurement.value[rows] - predicted.value
+            self.residual = measurement.value[rows] - predicted.on_last_flank
             ramp = np.linspace(-1.0, 1.0, rows.size)
             columns = [recording.drift * ramp]
             if recording.kind.zero_unknown:
@@ -101,7 +101,8 @@ class Residuals:
         if self.recording.kind is PROFILE_SCAN:
             return np.zeros((self.residual.size, 0))
         grown = load_error(self.reducer, self.first_order, self.recording)
-        return np.hstack([grown, order_error(self.reducer, self.recording, self.position)])
+        path = path_error(self.reducer, self.first_order, self.recording)
+        return np.hstack([grown, path, order_error(self.reducer, self.recording, self.position)])
 
     def form_error(self, members: Sequence[Candidate], u: FloatArray) -> FloatArray:
         """Error in the form of effects at coordinates ``u``, as columns with their prior widths."""

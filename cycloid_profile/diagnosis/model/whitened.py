@@ -38,8 +38,11 @@ class Whitened:
             every.append(residuals.form_error(members, u))
         self.nuisance = self._white(np.hstack(every))
         gram = np.eye(self.nuisance.shape[1]) + self.nuisance.T @ self.nuisance
-        self._gram_inverse = np.linalg.inv(gram)
-        self.log_det = float(np.linalg.slogdet(gram)[1])
+        # Widths differ by many powers of ten: scaled to a unit diagonal, the matrix is regular.
+        scale = np.sqrt(np.diag(gram))
+        scaled = gram / np.outer(scale, scale)
+        self._gram_inverse = np.linalg.inv(scaled) / np.outer(scale, scale)
+        self.log_det = float(np.linalg.slogdet(scaled)[1] + 2.0 * np.sum(np.log(scale)))
 
     def columns(self, candidates: Sequence[Candidate]) -> FloatArray:
         """Columns of all coordinates per prior width, two for each candidate; the second is zero for one coordinate."""

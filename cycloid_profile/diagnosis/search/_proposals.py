@@ -13,7 +13,15 @@ import numpy as np
 from cycloid_profile.arrays import FloatArray, IntArray
 from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.model.candidate import Candidate, Variety
-from cycloid_profile.diagnosis.model.evidence import Library, Scored, distinct, estimate, of_different_names, scores
+from cycloid_profile.diagnosis.model.evidence import (
+    Library,
+    Scored,
+    distinct,
+    estimate,
+    linear_evidence,
+    of_different_names,
+    scores,
+)
 from cycloid_profile.diagnosis.model.optimum import Optimum
 from cycloid_profile.diagnosis.model.whitened import NormalEquations
 
@@ -43,16 +51,20 @@ class Move:
 
 
 def linear_proposals(
-    equations: NormalEquations, library: Library, optimum: Optimum, offsets: tuple[int, ...]
+    equations: NormalEquations, library: Library, optimum: Optimum, offsets: tuple[int, ...], anchored: bool
 ) -> list[Proposal]:
     """Best sets of each move about an optimum, most promising first.
 
-    ``equations`` of the whole library, linearised about the optimum and referred to zero.
+    ``equations`` of the whole library, linearised about the optimum and referred to zero. ``anchored``: promises are
+    relative to the evidence of the optimum.
     """
     base = library.places(optimum.members)
     scored = {one for move in _moves(equations, library, base) for one in _best(equations, library, move)}
+    # Linear evidence is in units of the error of the model at this optimum. Where that error is large, only changes of
+    # evidence compare with other optima; elsewhere the plain value is the stricter one.
+    level = optimum.log_evidence - linear_evidence(equations, library.priors, base) if anchored else 0.0
     return [
-        Proposal(library.members(one.members), estimate(equations, one.members)[0], offsets, one.log_evidence)
+        Proposal(library.members(one.members), estimate(equations, one.members)[0], offsets, level + one.log_evidence)
         for one in sorted(scored, key=lambda s: -s.log_evidence)
     ]
 

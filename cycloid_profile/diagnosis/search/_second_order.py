@@ -12,7 +12,7 @@ import numpy as np
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.diagnosis.model.evidence import Library, is_plausible
 from cycloid_profile.diagnosis.model.exact_model import ExactModel, State
-from cycloid_profile.diagnosis.model.whitened import NormalEquations, Whitened, normal_equations
+from cycloid_profile.diagnosis.model.whitened import NormalEquations, Whitened
 from cycloid_profile.effects import EffectLocation
 from cycloid_profile.measurement import PROFILE_SCAN
 
@@ -25,16 +25,16 @@ _LEAST, _LARGEST = 0.05, 4.0  # times the response at the trial size
 _POWER = 0.7
 
 
-def second_order(model: ExactModel, library: Library) -> list[Start]:
+def second_order(model: ExactModel, library: Library, equations: NormalEquations) -> list[Start]:
     """Starts of single second-order effects that explain most, and of pairs with one first-order effect, the best of
     each two names.
 
-    Neither of the two effects of a pair need be the best single effect. Effects that a scan shows are of first order.
+    ``equations`` of the library about no effect. Neither of the two effects of a pair need be the best single effect.
+    Effects that a scan shows are of first order.
     """
     if model.only_scans:
         return []
     blocks, hypotheses = model.baseline.blocks, library.candidates
-    first = normal_equations(blocks, hypotheses)
     G = [block.columns(hypotheses) for block in blocks]
     alone: list[tuple[float, list[int], FloatArray]] = []
     best: dict[tuple[str, str], tuple[float, list[int], FloatArray]] = {}
@@ -44,7 +44,7 @@ def second_order(model: ExactModel, library: Library) -> list[Start]:
         own = library.candidates[i]
         if any(r.kind is PROFILE_SCAN and model.flank_grid.touches(own, r.disc) for r in model.recordings):
             continue
-        for both, k, amounts, u in _given_first_order(first, blocks, G, columns):
+        for both, k, amounts, u in _given_first_order(equations, blocks, G, columns):
             names = (own.name, library.candidates[k].name)
             if names[0] != names[1] and both > best.get(names, (0.0,))[0]:
                 best[names] = (both, [i, k], np.concatenate([_coordinates(amounts), u]))

@@ -16,13 +16,13 @@ _CHEAP_ROWS = 1000  # of all curves together: up to this number no subsample is 
 _GAIN_SEEN = 60.0  # of chi²
 
 
-def subsample(recording: Recording, rows: int, share: float = 0.0) -> Recording:
-    """Recording with about ``rows`` of its rows to fit, or the ``share`` of them if that is more, evenly spaced.
+def subsample(recording: Recording, rows: int) -> Recording:
+    """Recording with about ``rows`` of its rows to fit, unevenly spaced.
 
     Scans are cheap and remain complete.
     """
     fit = recording.rows[~recording.held_out]
-    step = int(fit.size / max(rows, share * fit.size))
+    step = fit.size // rows
     if recording.kind is PROFILE_SCAN or step < 2:
         return recording
     # Uneven steps: even ones would take the mesh for a slow wave.

@@ -20,16 +20,9 @@ from cycloid_profile.diagnosis.model.optimum import Optimum
 
 _MOST = 18  # of each set
 
-_Key = tuple[str, frozenset[tuple[str, Any]]]
-
 
 def on_other_parts(library: Library, optimum: Optimum, discs: int, cranks: int) -> list[tuple[list[int], FloatArray]]:
     """Library indices and coordinates of the same effects moved to the other discs and to every crank together."""
-    known = {_key(c.name, c.choice): i for i, c in enumerate(library.candidates)}
-    return _moved(optimum, known, discs, cranks)
-
-
-def _moved(optimum: Optimum, known: Mapping[_Key, int], discs: int, cranks: int) -> list[tuple[list[int], FloatArray]]:
     found = []
     for further in range(discs):
         choices = [list(_choices(member.choice, further, discs, cranks)) for member in optimum.members]
@@ -37,9 +30,11 @@ def _moved(optimum: Optimum, known: Mapping[_Key, int], discs: int, cranks: int)
             [*(_rotated(m, optimum.u[2 * i : 2 * i + 2], further / discs) for i, m in enumerate(optimum.members)), []]
         )
         for combination in product(*choices):
-            keys = [_key(member.name, choice) for member, choice in zip(optimum.members, combination, strict=True)]
-            if all(key in known for key in keys):
-                found.append(([known[key] for key in keys], u))
+            pairs = zip(optimum.members, combination, strict=True)
+            moved = [library.where(member.name, choice) for member, choice in pairs]
+            known = [one for one in moved if one is not None]
+            if len(known) == len(moved):
+                found.append((library.places(known), u))
     # The first is the set itself.
     return found[1 : _MOST + 1]
 
@@ -62,7 +57,3 @@ def _rotated(member: Candidate, u: FloatArray, turn: float) -> FloatArray:
         return u
     c = complex(u[0], u[1]) * np.exp(2j * math.pi * member.waves * turn)
     return np.array([c.real, c.imag])
-
-
-def _key(name: str, choice: Mapping[str, Any]) -> _Key:
-    return name, frozenset(choice.items())

@@ -20,7 +20,6 @@ from cycloid_profile.measurement import PROFILE_SCAN
 # Share of the residual. In curves over a revolution every effect appears as waves, so the strongest wave need not be
 # chatter.
 _LEAST_SHARE = 0.5
-SPLIT = 1.5  # waves: a step in the middle of the scan splits a peak into two, one wave apart
 
 
 def waves_left(model: ExactModel, optimum: Optimum) -> list[Candidate]:

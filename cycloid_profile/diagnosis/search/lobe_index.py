@@ -69,10 +69,8 @@ def with_offsets(model: ExactModel, offsets: Sequence[int]) -> ExactModel:
 
 
 def has_free_index(reducer: AsBuiltReducer, recording: Recording) -> bool:
-    """Whether the lobe index of a file is free: a scan of identical lobes without an index fixed before."""
-    return (
-        recording.kind is PROFILE_SCAN and reducer.teeth[recording.disc].identical_lobes and not recording.lobes_indexed
-    )
+    """Whether the lobe index of a file is free: a scan of identical lobes."""
+    return recording.kind is PROFILE_SCAN and reducer.teeth[recording.disc].identical_lobes
 
 
 def _has_free_scan(reducer: AsBuiltReducer, residuals: Sequence[Residuals]) -> bool:

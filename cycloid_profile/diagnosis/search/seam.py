@@ -17,14 +17,15 @@ from cycloid_profile.diagnosis.search.lobe_index import has_free_index
 from cycloid_profile.effects import GrindingChatter
 from cycloid_profile.measurement import PROFILE_SCAN
 
-_REACH, _STEP = 1.5, 0.02  # waves: a step in the middle of the scan splits a peak into two, one wave apart
+SPLIT = 1.5  # waves: a step in the middle of the scan splits a peak into two, one wave apart
+_STEP = 0.02  # waves
 
 
 def seam(block: Whitened, z: FloatArray, waves: float) -> int | None:
     """Lobe, counted from 0, at which about ``waves`` waves begin in the residual ``z`` of a scan; None if ambiguous."""
     lobes = block.residuals.reducer.case.drive.trochoid.lobes
     of = (block.residuals.position[block.chosen] // (2.0 * np.pi)).astype(np.intp) % lobes
-    grid = waves + np.arange(-_REACH, _REACH + 0.5 * _STEP, _STEP)
+    grid = waves + np.arange(-SPLIT, SPLIT + 0.5 * _STEP, _STEP)
     power = np.max([_power_from_each_lobe(block, z, float(n), of, lobes) for n in grid], axis=0)
     first, second = np.argsort(power)[:-3:-1]
     chance = sidak(float(np.exp(-0.5 * (power[first] - power[second]))), lobes)

@@ -22,9 +22,9 @@ from cycloid_profile.diagnosis.search._second_order import second_order
 from cycloid_profile.diagnosis.search._starts import of_finite_size
 from cycloid_profile.diagnosis.search._subsampling import smallest_subsample
 from cycloid_profile.diagnosis.search._symmetric_parts import on_other_parts
-from cycloid_profile.diagnosis.search._waves import SPLIT, alternative_waves, refitted, waves_left
+from cycloid_profile.diagnosis.search._waves import alternative_waves, refitted, waves_left
 from cycloid_profile.diagnosis.search.lobe_index import offsets_about, with_offsets
-from cycloid_profile.diagnosis.search.seam import offsets_by_seams
+from cycloid_profile.diagnosis.search.seam import SPLIT, offsets_by_seams
 from cycloid_profile.measurement import HYSTERESIS
 
 Key = tuple[frozenset[Candidate], tuple[int, ...]]
@@ -84,7 +84,6 @@ def search_effects(
     library = Library(tuple(candidates), frequencies)
     few = smallest_subsample(model, gain)
     stage = _Stage(few, library, progress, tuned.BEAM, tuned.LINEAR_ERROR, tuned.FITS)
-    stage.keep(empty_fit(few))
     stage.explore(tuned.EXPANSIONS)
     if few is not model:
         progress(f"fitting all rows, {len(stage.leading)} sets")
@@ -96,14 +95,14 @@ def search_effects(
             tuned.LINEAR_ERROR_ON_ALL_ROWS,
             tuned.FITS_ON_ALL_ROWS,
         )
-        whole.keep(empty_fit(model))
         whole.fit(Proposal(one.optimum.members, one.optimum.u, one.offsets) for one in stage.leading)
         whole.explore(tuned.EXPANSIONS_ON_ALL_ROWS)
         stage = whole
-    best = stage.leading[0]
+    ranked = stage.at_residual_noise()
+    best = ranked[0]
     found = stage.model(best.offsets)
     library = stage.library.with_more(alternative_waves(found, best.optimum))
-    fitted = tuple(one.optimum for one in stage.ranked if one.offsets == best.offsets)
+    fitted = tuple(one.optimum for one in ranked if one.offsets == best.offsets)
     return SearchResult(
         best.optimum, found, library, equations_about(found, library, best.optimum), fitted, stage.limited
     )
@@ -142,13 +141,32 @@ class _Stage:
         self._beam, self._error, self._left = beam, 0.0 if model.only_scans else error, fits
         self._models = {(0,) * len(model.recordings): model}
         self._first = model
-        self._fits: dict[Key, Fit] = {}
+        none = empty_fit(model)
+        self._fits: dict[Key, Fit] = {none.key: none}
         self._tried: set[tuple[Key, bytes]] = set()
 
     @property
     def ranked(self) -> list[Fit]:
         """All fits by decreasing evidence."""
         return sorted(self._fits.values(), key=lambda one: -one.evidence)
+
+    @property
+    def best(self) -> Fit:
+        """The fit with the largest evidence, the first of equals."""
+        return max(self._fits.values(), key=lambda one: one.evidence)
+
+    def at_residual_noise(self) -> list[Fit]:
+        """All fits by decreasing evidence, with the variance that the best leaves where it exceeds the noise.
+
+        Without it, members that mend what no effect explains pass for significant (Miller and Dunson 2019).
+        """
+        share = 1.0 - 1.0 / max(self.best.optimum.chi2 / max(self.best.optimum.rows, 1), 1.0)
+        fits = []
+        for one in self._fits.values():
+            gained = 0.5 * (self.model(one.offsets).baseline.misfit - one.optimum.misfit)
+            evidence = one.optimum.log_evidence - share * gained
+            fits.append(replace(one, optimum=replace(one.optimum, log_evidence=evidence)))
+        return sorted(fits, key=lambda one: -one.evidence)
 
     @property
     def leading(self) -> list[Fit]:
@@ -159,16 +177,16 @@ class _Stage:
             known = any(one.kind == other.kind for other in chosen)
             if len(chosen) < self._beam and not known and one.evidence > self._least and self._gains(one):
                 chosen.append(one)
-        return chosen or self.ranked[:1]
+        return chosen
 
     def _gains(self, one: Fit) -> bool:
         """Whether a set is the best, or clearly better than each of its subsets."""
-        return one is self.ranked[0] or not any(one.adds_nothing_to(other) for other in self._fits.values())
+        return one is self.best or not any(one.adds_nothing_to(other) for other in self._fits.values())
 
     @property
     def _least(self) -> float:
         """Evidence below which a set is not pursued: linear equations of scans are exact, those of curves are not."""
-        best = self.ranked[0].evidence
+        best = self.best.evidence
         return best - max(tuned.OPEN, self._error * best)
 
     def model(self, offsets: tuple[int, ...]) -> ExactModel:
@@ -177,16 +195,12 @@ class _Stage:
             self._models[offsets] = with_offsets(self._first, offsets)
         return self._models[offsets]
 
-    def keep(self, fit: Fit) -> None:
-        """Add a known fit."""
-        self._fits[fit.key] = fit
-
     def explore(self, most: int) -> None:
         """Fit the neighbours of the leading sets, until all of them are done or ``most`` were."""
         done: set[Key] = set()
         while fresh := [one for one in self.leading if one.key not in done]:
             if len(done) >= most:
-                self.limited = most > 0
+                self.limited = True
                 break
             done.add(fresh[0].key)
             names = " + ".join(sorted(member.name for member in fresh[0].optimum.members)) or "no effect"
@@ -200,16 +214,17 @@ class _Stage:
             start = np.sign(np.round(one.start, 1)).tobytes()
             if (key, start) in self._tried or len(key[0]) < len(one.members) or one.promised < self._least:
                 continue
+            if len(one.members) > tuned.MOST_EFFECTS:
+                continue
             if self._left <= 0:
                 self.limited = True
                 break
             self._left -= 1
             self._tried.add((key, start))
-            beat = self.ranked[0].optimum.misfit
-            attempt = Attempt(one.members, one.start, beat=beat)
+            attempt = Attempt(one.members, one.start, beat=self.best.optimum.misfit)
             optimum = self.model(one.offsets).optimum(attempt, self.library.prior(one.members))
             known = self._fits.get(key)
-            if optimum is None or optimum.implausible:
+            if optimum is None or optimum.implausible or optimum.undetermined:
                 continue
             if known is None or optimum.log_evidence > known.optimum.log_evidence:
                 self._fits[key] = Fit(optimum, one.offsets)
@@ -220,10 +235,10 @@ class _Stage:
         waved = refitted(model, optimum)
         self.library = self.library.with_more([*waves_left(model, optimum), *waved])
         equations = equations_about(model, self.library, optimum)
-        found = linear_proposals(equations, self.library, optimum, fit.offsets)
+        found = linear_proposals(equations, self.library, optimum, fit.offsets, anchored=model.only_loops)
         if not optimum.members:
             found = [*of_finite_size(model, self.library, equations, fit.offsets), *found]
-            starts = second_order(model, self.library)
+            starts = second_order(model, self.library, equations)
             return [*found, *(Proposal(self.library.members(i), u, fit.offsets) for i, u in starts)]
         if set(waved) != set(optimum.members):
             found.append(Proposal(waved, optimum.u, fit.offsets))
@@ -234,29 +249,27 @@ class _Stage:
             found += [Proposal(self.library.members(i), u, fit.offsets) for i, u in moved]
         return [*found, *self._reindexed(model, fit)]
 
-    def _with_waves_of(self, offsets: tuple[int, ...], optimum: Optimum) -> tuple[Candidate, ...]:
-        """The members with their numbers of waves read at other lobe indices: a step in the middle splits a peak."""
-        waved = refitted(self.model(offsets), optimum, SPLIT)
-        self.library = self.library.with_more(waved)
-        return waved
-
     def _reindexed(self, model: ExactModel, fit: Fit) -> list[Proposal]:
         """The set, and the set rotated by 180°, with the lobe index that suits it best."""
         found = []
-        lobes = model.reducer.case.drive.trochoid.lobes
         for one in (fit.optimum, *(other for _, other in fit.optimum.rotated_by_180())):
             if model.state(one.members, one.u) is None:
                 continue
             for more in (offsets_about(model, self.library, one), offsets_by_seams(model, one)):
                 if any(more):
-                    offsets = tuple((a + b) % lobes for a, b in zip(fit.offsets, more, strict=True))
-                    moved = one
-                    if model.only_scans:
-                        # Scans alone keep their effects: the numbers of lobes change with the index.
-                        choices = [member.reindexed(-max(more), lobes)[0] for member in one.members]
-                        pairs = zip(one.members, choices, strict=True)
-                        moved = replace(one, members=tuple(replace(m, choice=choice) for m, choice in pairs))
-                        self.library = self.library.with_more(moved.members)
-                    found.append(Proposal(moved.members, one.u, offsets))
-                    found.append(Proposal(self._with_waves_of(offsets, moved), one.u, offsets))
+                    found += self._with_offsets(model, fit.offsets, more, one)
         return found
+
+    def _with_offsets(
+        self, model: ExactModel, offsets: tuple[int, ...], more: tuple[int, ...], optimum: Optimum
+    ) -> list[Proposal]:
+        """The set with the lobe index raised by ``more``, and with its numbers of waves read there again."""
+        lobes = model.reducer.case.drive.trochoid.lobes
+        raised = tuple((a + b) % lobes for a, b in zip(offsets, more, strict=True))
+        members = optimum.members
+        if model.only_scans:
+            # Scans alone keep their effects: the numbers of lobes change with the index.
+            members = tuple(replace(one, choice=one.reindexed(-max(more), lobes)[0]) for one in members)
+        waved = refitted(self.model(raised), replace(optimum, members=members), SPLIT)
+        self.library = self.library.with_more([*members, *waved])
+        return [Proposal(members, optimum.u, raised), Proposal(waved, optimum.u, raised)]

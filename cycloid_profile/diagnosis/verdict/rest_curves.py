@@ -14,6 +14,8 @@ from cycloid_profile.errors import CycloidError
 from cycloid_profile.measurement import HYSTERESIS, PROFILE_SCAN
 from cycloid_profile.units import UM
 
+_MANY = 3.0  # standard deviations of the noise
+
 
 @dataclass(frozen=True, eq=False)
 class EmpiricalFit:
@@ -32,6 +34,14 @@ class EmpiricalFit:
         return f"{self.file}: the rest becomes {self.effect.name}, {self.effect.label}: {rms}"
 
 
+def exceed_noise(residuals: Sequence[Residuals]) -> bool:
+    """Whether a loop leaves several times its noise: the error of the model of a printed reducer may."""
+    return any(
+        one.recording.kind is HYSTERESIS and _rms(one, held_out=False) > _MANY * one.recording.noise.sigma
+        for one in residuals
+    )
+
+
 def empirical_fits(residuals: Sequence[Residuals]) -> tuple[EmpiricalFit, ...]:
     """A smooth curve for each scan and loop whose held-out rows it brings closer to the prediction."""
     found = []
@@ -43,7 +53,7 @@ def empirical_fits(residuals: Sequence[Residuals]) -> tuple[EmpiricalFit, ...]:
             after = Residuals(one.recording, effect.apply(one.reducer))
         except CycloidError:
             continue
-        before_rms, after_rms = (_held_out_rms(each) for each in (one, after))
+        before_rms, after_rms = (_rms(each, held_out=True) for each in (one, after))
         if after_rms < before_rms:
             found.append(EmpiricalFit(effect, one.recording.name, one.recording.unit, before_rms, after_rms))
     return tuple(found)
@@ -70,6 +80,6 @@ def _curve_of(one: Residuals) -> Empirical | None:
     return None
 
 
-def _held_out_rms(one: Residuals) -> float:
-    held = one.recording.held_out & np.isfinite(one.residual)
-    return float(np.sqrt(np.mean(nuisance_fitted(one)[held] ** 2))) if np.any(held) else float("inf")
+def _rms(one: Residuals, held_out: bool) -> float:
+    rows = (one.recording.held_out == held_out) & np.isfinite(one.residual)
+    return float(np.sqrt(np.mean(nuisance_fitted(one)[rows] ** 2))) if np.any(rows) else float("inf")

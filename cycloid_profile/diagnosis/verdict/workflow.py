@@ -9,7 +9,7 @@ import numpy as np
 
 from cycloid_profile.diagnosis.data.recording import Recording, for_validation_only, record, use_all_rows
 from cycloid_profile.diagnosis.data.repeats import with_noise_of_repeats
-from cycloid_profile.diagnosis.data.screening import screen
+from cycloid_profile.diagnosis.data.screening import screen_files
 from cycloid_profile.diagnosis.model.candidate import Candidate, candidates
 from cycloid_profile.diagnosis.model.detection import (
     Detection,
@@ -30,7 +30,7 @@ from cycloid_profile.diagnosis.search.seam import seam_notes
 from cycloid_profile.diagnosis.search.search import SearchResult, search_effects
 from cycloid_profile.diagnosis.verdict._alternatives import location_notes, named_effects, rotation_notes
 from cycloid_profile.diagnosis.verdict.nearest_effects import nearest
-from cycloid_profile.diagnosis.verdict.rest_curves import EmpiricalFit, empirical_fits
+from cycloid_profile.diagnosis.verdict.rest_curves import EmpiricalFit, empirical_fits, exceed_noise
 from cycloid_profile.diagnosis.verdict.result import Diagnosis, FileGap, NamedEffect
 from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.measurement import PROFILE_SCAN, Measurement, scanned_disc
@@ -88,7 +88,9 @@ class _Files:
 
     @property
     def notes(self) -> list[str]:
-        return [f"{r.name}: {note}" for r in self.recordings for note in r.notes]
+        files = (*self.recordings, *self.checks)
+        understood = [f"{r.name}: {note}" for r in files for note in r.measurement.notes]
+        return understood + [f"{r.name}: {note}" for r in self.recordings for note in r.notes]
 
     @property
     def scanned(self) -> frozenset[int]:
@@ -105,8 +107,7 @@ def _read(
     discs: Sequence[int] | None,
     held_out: Sequence[Measurement],
 ) -> _Files:
-    for measurement in (*measurements, *held_out):
-        screen(reducer, measurement)
+    measurements, held_out = screen_files(reducer, measurements, held_out)
     ready = [record(reducer, m, _disc(reducer, m, discs, i)) for i, m in enumerate(measurements)]
     checks = tuple(for_validation_only(record(reducer, m, _disc(reducer, m, None, 0))) for m in held_out)
     return _Files(tuple(with_noise_of_repeats(ready)), checks)
@@ -202,10 +203,11 @@ def _result(explanation: _Explanation, files: _Files, not_seen: NotSeen, progres
     near = () if effects else nearest(detected.everything, detected.equations)
     notes += [one.sentence for one in near if one.too_large]
     empirical: tuple[EmpiricalFit, ...] = ()
-    if explanation.worst is not None or not effects:
+    model = explanation.found.model
+    left = (model.at(best) if effects else model.baseline).residuals
+    if explanation.worst is not None or not effects or exceed_noise(left):
         progress("fitting smooth curves to what is left")
-        model = explanation.found.model
-        empirical = empirical_fits((model.at(best) if effects else model.baseline).residuals)
+        empirical = empirical_fits(left)
         notes += [one.sentence for one in empirical]
     return Diagnosis(
         reducer,
@@ -226,7 +228,7 @@ def _result(explanation: _Explanation, files: _Files, not_seen: NotSeen, progres
 
 
 def _is_accepted(explanation: _Explanation) -> bool:
-    """Whether the best set is accepted: evidence, held-out rows, and explained share if a residual remains."""
+    """Whether the best set is accepted: evidence, and explained share if a residual remains."""
     best, detected = explanation.found.best, explanation.detected
     if not best.members or best.log_evidence < _LEAST_EVIDENCE:
         return False
