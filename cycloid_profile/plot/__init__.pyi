@@ -6,12 +6,14 @@ from .design import deformation as deformation
 from .design import disc as disc
 from .design import load_map as load_map
 from .design import load_sharing as load_sharing
+from .design import nc_program as nc_program
 from .design import polar_path as polar_path
 from .design import pressure_over_width as pressure_over_width
 from .design import profile_comparison as profile_comparison
 from .design import rotation_by_part as rotation_by_part
 from .design import stage_load as stage_load
 from .design import tooth as tooth
+from .diagnosis import changes as changes
 from .diagnosis import correction as correction
 from .diagnosis import diagnosis_summary as diagnosis_summary
 from .diagnosis import file_residuals as file_residuals
@@ -20,6 +22,7 @@ from .figures import figure_of as figure_of
 from .gallery import pictures as pictures
 from .measured import angle_map as angle_map
 from .measured import hysteresis_loop as hysteresis_loop
+from .measured import inspection_chart as inspection_chart
 from .measured import measurement as measurement
 from .measured import measurement_residual as measurement_residual
 from .measured import transmission_error as transmission_error

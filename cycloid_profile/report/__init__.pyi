@@ -8,6 +8,9 @@ from .design import export_package as export_package
 from .diagnosis import correct_scans as correct_scans
 from .diagnosis import spec_with_effects as spec_with_effects
 from .diagnosis import write_diagnosis as write_diagnosis
+from .inspection import inspection_table as inspection_table
+from .inspection import inspection_to_json as inspection_to_json
+from .inspection import write_inspection as write_inspection
 from .measured import ComparedFile as ComparedFile
 from .measured import comparison_table as comparison_table
 from .measured import comparison_to_json as comparison_to_json

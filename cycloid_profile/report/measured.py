@@ -9,8 +9,9 @@ from typing import Any
 
 from cycloid_profile import plot
 from cycloid_profile.articles import PlainTable
+from cycloid_profile.diagnosis import screen_files
 from cycloid_profile.effects import AsBuiltReducer
-from cycloid_profile.export.writing import atomic_folder
+from cycloid_profile.export.writing import PROTECTED, Protection, atomic_folder
 from cycloid_profile.measurement import Measurement, format_measurement
 from cycloid_profile.rig import MeasurementResidual, measurement_residual
 from cycloid_profile.units import SIGNS
@@ -31,13 +32,17 @@ def write_comparison(
     folder: Path,
     disc: int = 0,
     progress: Callable[[str], None] = lambda _: None,
+    protection: Protection = PROTECTED,
 ) -> list[ComparedFile]:
     """Subtract the prediction of ``reducer`` from each file and draw the residuals into ``folder``.
 
-    ``name`` of the drive; ``disc`` that was scanned, counted from 0. Raises as ``measurement_residual`` does.
+    ``name`` of the drive; ``disc`` that was scanned, counted from 0. Raises as ``screen_files`` and
+    ``measurement_residual`` do, for all files before the first is drawn.
     """
+    progress("checking the files")
+    measurements, _ = screen_files(reducer, measurements)
     compared = []
-    with atomic_folder(folder) as scratch:
+    with atomic_folder(folder, protection) as scratch:
         for number, measurement in enumerate(measurements, 1):
             progress(f"comparing {measurement.name}")
             residual = measurement_residual(reducer, measurement, disc)
@@ -67,16 +72,19 @@ def comparison_to_json(name: str, compared: Sequence[ComparedFile]) -> dict[str,
             "noise": file.residual.noise,
             "registration": file.residual.registration,
             "picture": str(file.picture),
+            "notes": list(file.residual.measurement.notes),
         }
         for file in compared
     ]
     return {"schema": 1, "name": name, "gap": rows}
 
 
-def write_measurement(measured: Measurement, reducer: AsBuiltReducer, name: str, file: Path) -> Path:
+def write_measurement(
+    measured: Measurement, reducer: AsBuiltReducer, name: str, file: Path, protection: Protection = PROTECTED
+) -> Path:
     """Write a simulated file with its picture next to it; returns the path of the picture."""
     picture = file.with_suffix(".png")
-    with atomic_folder(file.parent) as scratch:
+    with atomic_folder(file.parent, protection, shared=True) as scratch:
         (scratch / file.name).write_text(format_measurement(measured), encoding="utf-8", newline="\n")
         plot.save_png(plot.measurement(measured, reducer=reducer, name=name), scratch / picture.name)
     return picture

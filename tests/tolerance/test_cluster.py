@@ -148,6 +148,25 @@ def test_the_last_worker_killed_and_another_come(study, local, scheduler, worker
     assert contents(tmp_path / "out") == local
 
 
+def test_workers_or_a_scheduler_that_stay_away_end_in_a_sentence(study, scheduler, workers, tmp_path, monkeypatch):
+    monkeypatch.setattr("cycloid_profile.tolerance.study.workers._SILENCE", 2.0)
+    told: list[str] = []
+
+    def tell(line: str) -> None:
+        told.append(line)
+        if len(told) == 2:
+            for one in workers:
+                one.kill()
+
+    with pytest.raises(ToleranceError, match="without workers") as caught:
+        run(study, tmp_path / "out", Cluster(scheduler), tell)
+    assert "finished chunks are kept" in sentence(caught, scheduler)
+    kept = len(list((tmp_path / "out").glob("part-*.parquet")))
+    assert kept >= 2
+    run(study, tmp_path / "out", Threads(1), told.append)
+    assert f"{kept} of {study.chunks} chunks are there from a run before" in told
+
+
 def sentence(caught: pytest.ExceptionInfo[ToleranceError], address: str) -> str:
     error = caught.value
     assert error.what == "scheduler"

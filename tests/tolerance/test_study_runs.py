@@ -134,6 +134,35 @@ def test_half_a_file_is_never_read(study, whole, tmp_path):
     assert contents(tmp_path) == whole
 
 
+def test_one_flipped_bit_is_computed_again(study, whole, tmp_path):
+    run(study, tmp_path, Threads(1))
+    part = tmp_path / "part-00002.parquet"
+    raw = bytearray(part.read_bytes())
+    raw[len(raw) // 3] ^= 1
+    part.write_bytes(raw)
+    assert open_store(tmp_path, study).missing() == [2]
+    run(study, tmp_path, Threads(1))
+    assert contents(tmp_path) == whole
+
+
+def test_another_study_is_cleared_only_after_the_first_result(study, tmp_path):
+    class Unreachable:
+        def results(self, *_):
+            raise ToleranceError("scheduler", "'tcp://nobody'", "cannot be reached", "start one", " ")
+
+    run(other_studies(study)["seed"], tmp_path, Threads(1))
+    before = contents(tmp_path)
+    with pytest.raises(ToleranceError, match="cannot be reached"):
+        run(study, tmp_path, Unreachable())
+    assert contents(tmp_path) == before
+
+
+@pytest.mark.parametrize("count", [0, -1, 10**9])
+def test_impossible_numbers_of_threads_are_refused(count):
+    with pytest.raises(ToleranceError, match="is no number from 1 to 1024"):
+        Threads(count)
+
+
 def test_a_longer_study_keeps_the_chunks_that_were_full(study, tmp_path):
     run(study, tmp_path, Threads(1))
     longer = replace(study, samples=400)

@@ -6,6 +6,7 @@ from cycloid_profile.plot.design.loads import pressure_over_width as pressure_ov
 from cycloid_profile.plot.design.loads import rotation_by_part as rotation_by_part
 from cycloid_profile.plot.design.loads import stage_load as stage_load
 from cycloid_profile.plot.design.polar_path_views import polar_path as polar_path
+from cycloid_profile.plot.design.program_view import nc_program as nc_program
 from cycloid_profile.plot.design.solutions import accuracy as accuracy
 from cycloid_profile.plot.design.solutions import convergence as convergence
 from cycloid_profile.plot.design.teeth import deformation as deformation

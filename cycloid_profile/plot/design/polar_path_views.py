@@ -10,7 +10,14 @@ import numpy as np
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.design import DesignRecord
-from cycloid_profile.export.nc import PolarGrinding, axis_limits, clearance, least_concave_radius, polar_grinding
+from cycloid_profile.export.nc import (
+    PolarGrinding,
+    axis_limits,
+    clearance,
+    least_concave_radius,
+    polar_grinding,
+    post_of,
+)
 from cycloid_profile.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, canvas
 from cycloid_profile.units import DEGREE, UM
 
@@ -80,7 +87,7 @@ def _axes_path(ax: Axes, record: DesignRecord, grinding: PolarGrinding) -> None:
 
 def _feed(ax: Axes, record: DesignRecord, grinding: PolarGrinding, lobe: int) -> None:
     export, path = record.spec.export, grinding.path
-    limits = axis_limits(export.grinding)
+    limits = axis_limits(post_of(export))
     c = path.c[: lobe + 1] / DEGREE
     middle = 0.5 * (c[1:] + c[:-1])
     speed = grinding.feed.speed[: lobe + 1]

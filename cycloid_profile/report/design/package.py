@@ -7,12 +7,15 @@ from pathlib import Path
 from typing import Any
 
 from cycloid_profile import plot
-from cycloid_profile.design import DesignRecord, summary
-from cycloid_profile.export import write_formats
+from cycloid_profile.design import DesignRecord, disc_parts_sentence, summary
+from cycloid_profile.export import CadProcess, write_in_two_processes
 from cycloid_profile.export.writing import (
+    PROTECTED,
+    Protection,
     WrittenFile,
     atomic_folder,
     manifest_entry,
+    read_manifest,
     unchanged_entries,
     write_manifest,
 )
@@ -24,62 +27,89 @@ from cycloid_profile.units import UM
 
 
 def build_package(
-    record: DesignRecord, folder: str | Path, progress: Callable[[str], None] = lambda _: None
+    record: DesignRecord,
+    folder: str | Path,
+    progress: Callable[[str], None] = lambda _: None,
+    protection: Protection = PROTECTED,
+    process: CadProcess | None = None,
 ) -> dict[str, str]:
     """Write the formats of the spec, all pictures, ``report.html`` and ``manifest.json`` into ``folder``.
 
     All files are written, or none. Files of an earlier manifest that are not in the new one are deleted, unless they
-    were changed since: stale outputs must not remain next to a new report. ``progress`` receives the name of each step.
+    were changed since: stale outputs must not remain next to a new report. ``progress`` receives the name of each step;
+    ``protection`` names what is not replaced; ``process`` writes the CAD formats of the spec meanwhile, and is started
+    here if not before.
     Returns the formats that could not be written, with the reason: STEP where the CAD kernel is missing.
 
     Raises
     ------
     ExportError
-        If the folder cannot be written to, or a file exceeds its tolerance when read back.
+        If the folder cannot be written to, holds a file of others under a name of the package, or a file exceeds its
+        tolerance when read back.
     """
-    folder = Path(folder)
-    earlier = {entry["path"] for entry in unchanged_entries(folder)}
-    with atomic_folder(folder) as scratch:
-        written, skipped = write_formats(record, record.spec.export.formats, scratch, progress)
-        (scratch / PLOTS).mkdir()
-        pictures: list[WrittenFile] = []
-        for picture in pictures_of(record):
-            progress(f"drawing {picture.name}")
-            for file in save(picture.draw(record), scratch / PLOTS, picture.name):
-                pictures.append(WrittenFile(f"{PLOTS}/{file.name}", file.suffix[1:]))
+    formats = record.spec.export.formats
+    pictures: list[WrittenFile] = []
+    with atomic_folder(Path(folder), protection, replaces=True) as scratch, process or CadProcess(formats) as cad:
+
+        def draw() -> None:
+            (scratch / PLOTS).mkdir()
+            for picture in pictures_of(record):
+                progress(f"drawing {picture.name}")
+                for file in save(picture.draw(record), scratch / PLOTS, picture.name):
+                    pictures.append(WrittenFile(f"{PLOTS}/{file.name}", file.suffix[1:]))
+
+        written, skipped = write_in_two_processes(record, formats, scratch, cad, progress, draw)
         progress("writing the report")
         write_text(scratch / REPORT, design_report(record, written, skipped, scratch / PLOTS))
         everything = [*written, *pictures, WrittenFile(REPORT, "html")]
         entries = [manifest_entry(file, record.spec, scratch) for file in everything]
-        write_manifest(record.spec.name, entries, skipped, scratch)
-    for path in earlier - {entry["path"] for entry in entries}:
-        (folder / path).unlink(missing_ok=True)
+        write_manifest(record.spec.name, entries, skipped, scratch, disc_parts_sentence(record))
     return skipped
 
 
 def export_package(
-    record: DesignRecord, formats: Sequence[str], folder: Path, progress: Callable[[str], None] = lambda _: None
+    record: DesignRecord,
+    formats: Sequence[str],
+    folder: Path,
+    progress: Callable[[str], None] = lambda _: None,
+    protection: Protection = PROTECTED,
+    process: CadProcess | None = None,
 ) -> tuple[list[dict[str, Any]], dict[str, str]]:
-    """Write ``formats`` into ``folder`` and add them to its manifest.
+    """Write ``formats`` into ``folder`` and add them to its manifest; ``process`` as in ``build_package``.
 
     Returns the manifest entries of these formats, and the formats that could not be written with the reason.
     Raises ``ExportError`` as ``build_package`` does.
     """
-    with atomic_folder(folder) as scratch:
-        written, skipped = write_formats(record, formats, scratch, progress)
-        entries = [manifest_entry(file, record.spec, scratch) for file in written]
-        paths = {entry["path"] for entry in entries}
-        others = [entry for entry in unchanged_entries(folder) if entry["path"] not in paths]
-        write_manifest(record.spec.name, [*others, *entries], skipped, scratch)
+    with atomic_folder(folder, protection) as scratch, process or CadProcess(formats) as cad:
+        written, skipped = write_in_two_processes(record, formats, scratch, cad, progress)
+        entries = _add_to_manifest(record, written, skipped, scratch, folder)
     return entries, skipped
 
 
-def save_accuracy_plot(record: DesignRecord, folder: Path) -> Path:
-    """Draw torque against twist and the transmission error; returns the path of the PNG file."""
-    with atomic_folder(folder) as scratch:
+def save_accuracy_plot(record: DesignRecord, folder: Path, protection: Protection = PROTECTED) -> Path:
+    """Draw torque against twist and the transmission error; returns the path of the PNG file.
+
+    The manifest of a package in ``folder`` follows.
+    """
+    with atomic_folder(folder, protection) as scratch:
         (scratch / PLOTS).mkdir()
-        picture, _ = save(plot.accuracy(record), scratch / PLOTS, "accuracy")
-    return folder / PLOTS / picture.name
+        drawn = save(plot.accuracy(record), scratch / PLOTS, "accuracy")
+        if (earlier := read_manifest(folder)) is not None:
+            written = [WrittenFile(f"{PLOTS}/{file.name}", file.suffix[1:]) for file in drawn]
+            skipped = {one["format"]: one["reason"] for one in earlier["skipped"]}
+            _add_to_manifest(record, written, skipped, scratch, folder)
+    return folder / PLOTS / drawn[0].name
+
+
+def _add_to_manifest(
+    record: DesignRecord, written: Sequence[WrittenFile], skipped: dict[str, str], scratch: Path, folder: Path
+) -> list[dict[str, Any]]:
+    """Entries of ``written``, after a manifest of them and of the unchanged files in ``folder`` is in ``scratch``."""
+    entries = [manifest_entry(file, record.spec, scratch) for file in written]
+    paths = {entry["path"] for entry in entries}
+    others = [entry for entry in unchanged_entries(folder) if entry["path"] not in paths]
+    write_manifest(record.spec.name, [*others, *entries], skipped, scratch, disc_parts_sentence(record))
+    return entries
 
 
 def design_report(record: DesignRecord, written: list[WrittenFile], skipped: dict[str, str], plots: Path) -> str:

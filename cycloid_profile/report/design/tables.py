@@ -10,7 +10,7 @@ from typing import Any
 from cycloid_profile._display import FigureRow, figure_text
 from cycloid_profile.articles import PlainTable
 from cycloid_profile.design import ACCURACY, AS_BUILT, CheckStatus
-from cycloid_profile.export import exporter_for
+from cycloid_profile.export import file_names
 from cycloid_profile.spec.model import Spec
 
 LOAD = (
@@ -114,9 +114,9 @@ def drive_table(drives: Mapping[str, Spec]) -> PlainTable:
     return PlainTable("catalogue", head, rows)
 
 
-def planned_files_table(formats: Sequence[str], folder: Path) -> PlainTable:
-    """Files that an export of ``formats`` would write into ``folder``."""
-    rows = tuple((str(folder / file), name) for name in formats for file in exporter_for(name).filenames)
+def planned_files_table(formats: Sequence[str], folder: Path, discs: Sequence[int] = (1,)) -> PlainTable:
+    """Files that an export of ``formats`` would write into ``folder``; ``discs`` as in ``file_names``."""
+    rows = tuple((str(folder / file), name) for name in formats for file in file_names(name, discs))
     return PlainTable("would be written", ("file", "format"), rows)
 
 

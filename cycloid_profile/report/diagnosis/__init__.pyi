@@ -8,6 +8,7 @@ from .package import spec_with_effects as spec_with_effects
 from .package import write_diagnosis as write_diagnosis
 from .package import write_json as write_json
 from .tables import VERDICTS as VERDICTS
+from .tables import change_tables as change_tables
 from .tables import correction_sentences as correction_sentences
 from .tables import correction_tables as correction_tables
 from .tables import diagnosis_tables as diagnosis_tables

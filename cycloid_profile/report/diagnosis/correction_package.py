@@ -18,11 +18,11 @@ from cycloid_profile.export import check_deviation
 from cycloid_profile.export.curves import SpecifiedProfile
 from cycloid_profile.export.nc import GcodeExporter
 from cycloid_profile.export.points import ProfileCsvExporter
-from cycloid_profile.export.writing import atomic_folder, manifest_entry
+from cycloid_profile.export.writing import PROTECTED, Protection, atomic_folder, manifest_entry
 from cycloid_profile.measurement import Measurement, format_measurement
 from cycloid_profile.plot import save_png
 from cycloid_profile.report.page import json_text, write_text
-from cycloid_profile.rig import Settings, simulate
+from cycloid_profile.rig import LEAST_POINTS_PER_LOBE, Settings, simulate
 from cycloid_profile.spec.model import Spec
 from cycloid_profile.units import UM
 
@@ -52,11 +52,13 @@ def correct_scans(
     wheel_radius: float | None = None,
     remainder: bool = False,
     progress: Callable[[str], None] = lambda _: None,
+    protection: Protection = PROTECTED,
 ) -> CorrectedScans:
     """Diagnose scans of one disc and write the grinding path that cancels its errors into ``folder``.
 
     ``disc`` counted from 0, by default that of the scans; ``limit_um``, largest deviation from the nominal tooth [µm];
-    ``wheel_radius`` [mm], that of the generating pin unless given; ``remainder``: cancel a smooth remainder, too.
+    ``wheel_radius`` [mm], that of the generating pin unless given; ``remainder``: cancel a smooth remainder, too;
+    ``protection`` names what is not replaced.
     Raises ``MeasurementError`` for other measurements, several discs, and sizes that are not above zero.
     """
     _check(scans, limit_um, wheel_radius)
@@ -84,9 +86,11 @@ def correct_scans(
     )
     if found.is_unchanged:
         return nothing("; ".join(found.not_ground_away) or _NOTHING, 1)
-    points = max(scan["x_mm"].size for scan in scans)
+    # A scan of fewer points is diagnosed, but none is simulated.
+    least = LEAST_POINTS_PER_LOBE * reducer.case.drive.trochoid.lobes
+    points = max(least, *(scan["x_mm"].size for scan in scans))
     values = correction_json(found, diagnosis, spec.name, limit_um, remainder)
-    return CorrectedScans(write_correction(found, values, spec, points, folder, progress))
+    return CorrectedScans(write_correction(found, values, spec, points, folder, progress, protection))
 
 
 def write_correction(
@@ -96,6 +100,7 @@ def write_correction(
     points: int,
     folder: Path,
     progress: Callable[[str], None] = lambda _: None,
+    protection: Protection = PROTECTED,
 ) -> dict[str, Any]:
     """Write all files into ``folder``, or none; returns the content of ``correction.json``.
 
@@ -103,7 +108,7 @@ def write_correction(
     """
     path = SpecifiedProfile(spec, found.predicted.case.drive, found.program)
     exporters = (ProfileCsvExporter(filename="profile_corrected.csv"), GcodeExporter(filename="grinding_corrected.nc"))
-    with atomic_folder(folder) as scratch:
+    with atomic_folder(folder, protection) as scratch:
         files = []
         for exporter in exporters:
             progress(f"writing {exporter.filename}")

@@ -11,14 +11,24 @@ from typing import Any, NamedTuple
 
 from cycloid_profile import plot
 from cycloid_profile._display import with_unit
-from cycloid_profile.diagnosis import Detectability, Diagnosis, NamedEffect, effect_tables, empirical_tables
+from cycloid_profile.diagnosis import (
+    Comparison,
+    Detectability,
+    Diagnosis,
+    NamedEffect,
+    comparison_to_json,
+    effect_tables,
+    empirical_tables,
+)
 from cycloid_profile.diagnosis import diagnosis_to_json as diagnosis_json
 from cycloid_profile.effects import EFFECTS, parameters
 from cycloid_profile.errors import CycloidError
-from cycloid_profile.export.writing import atomic_folder
+from cycloid_profile.export.writing import PROTECTED, Protection, atomic_folder
 from cycloid_profile.plot import save, save_png
+from cycloid_profile.plot.diagnosis import change_pictures
 from cycloid_profile.plot.diagnosis import pictures as pictures_of
 from cycloid_profile.report.diagnosis import text
+from cycloid_profile.report.diagnosis.tables import change_tables
 from cycloid_profile.report.page import PLOTS, REPORT, inline_svg, json_text, template, write_text
 from cycloid_profile.spec import format_spec, parse_spec, validated
 from cycloid_profile.spec.model import EmpiricalSpec
@@ -39,22 +49,29 @@ def write_diagnosis(
     files: Mapping[str, bytes],
     folder: Path,
     progress: Callable[[str], None] = lambda _: None,
+    changes: Comparison | None = None,
+    protection: Protection = PROTECTED,
 ) -> WrittenDiagnosis:
     """Write report, plots and JSON into ``folder``, and SPEC_diagnosed.toml where effects were found.
 
-    ``files``: name and content of each measured file. The spec file itself is not changed.
+    ``files``: name and content of each measured file. ``changes`` against an earlier diagnosis go into the report. The
+    spec file itself is not changed.
     """
     new_spec = f"{spec.stem}_diagnosed.toml" if diagnosis.effects or diagnosis.empirical else None
-    with atomic_folder(folder) as scratch:
+    with atomic_folder(folder, protection) as scratch:
         plots = scratch / PLOTS
         plots.mkdir()
         drawn = []
-        for stem, caption, figure in pictures_of(diagnosis, name):
+        every = [*pictures_of(diagnosis, name), *([] if changes is None else change_pictures(changes, name))]
+        for stem, caption, figure in every:
             progress(f"drawing {stem}")
             save(figure, plots, stem)
             drawn.append((stem, caption))
-        write_text(scratch / REPORT, diagnosis_report(diagnosis, name, plots, drawn, new_spec))
-        write_text(scratch / "diagnosis.json", json_text(diagnosis_json(diagnosis, name)))
+        write_text(scratch / REPORT, diagnosis_report(diagnosis, name, plots, drawn, new_spec, changes))
+        values = diagnosis_json(diagnosis, name)
+        if changes is not None:
+            values["against"] = comparison_to_json(changes)
+        write_text(scratch / "diagnosis.json", json_text(values))
         if new_spec is not None:
             text = spec.read_text(encoding="utf-8-sig")
             grown = spec_with_effects(text, effect_tables(diagnosis, files), empirical_tables(diagnosis, files))
@@ -62,16 +79,16 @@ def write_diagnosis(
     return WrittenDiagnosis(folder / REPORT, None if new_spec is None else folder / new_spec)
 
 
-def save_plan_plot(rows: Sequence[Detectability], name: str, folder: Path) -> Path:
+def save_plan_plot(rows: Sequence[Detectability], name: str, folder: Path, protection: Protection = PROTECTED) -> Path:
     """Draw the smallest size of each effect by measurement; returns the path of the PNG file."""
-    with atomic_folder(folder) as scratch:
+    with atomic_folder(folder, protection) as scratch:
         save_png(plot.measurement_plan(rows, name=name), scratch / "plan.png")
     return folder / "plan.png"
 
 
-def write_json(file: Path, values: Mapping[str, Any]) -> None:
+def write_json(file: Path, values: Mapping[str, Any], protection: Protection = PROTECTED) -> None:
     """Write the JSON object of a diagnosis into ``file``."""
-    with atomic_folder(file.parent) as scratch:
+    with atomic_folder(file.parent, protection, shared=True) as scratch:
         write_text(scratch / file.name, json_text(values))
 
 
@@ -101,10 +118,15 @@ def spec_with_effects(
 
 
 def diagnosis_report(
-    diagnosis: Diagnosis, name: str, plots: Path, pictures: list[tuple[str, str]], new_spec: str | None
+    diagnosis: Diagnosis,
+    name: str,
+    plots: Path,
+    pictures: list[tuple[str, str]],
+    new_spec: str | None,
+    changes: Comparison | None = None,
 ) -> str:
     """HTML text of the report; ``pictures``, stem and caption of the SVG files in ``plots``; ``new_spec``, file name of
-    the spec with the effects added.
+    the spec with the effects added; ``changes`` against an earlier diagnosis.
     """
     return template("diagnosis.html.j2").render(
         d=diagnosis,
@@ -116,6 +138,7 @@ def diagnosis_report(
         not_seen=[(text.readable(n), _detection_limit_text(n, *hidden)) for n, hidden in diagnosis.not_seen.items()],
         pictures=[(caption, inline_svg(plots / f"{stem}.svg", stem)) for stem, caption in pictures],
         new_spec=new_spec,
+        changes=[] if changes is None else list(change_tables(comparison_to_json(changes))),
     )
 
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from cycloid_profile._display import with_unit
 from cycloid_profile.articles import PlainTable
 from cycloid_profile.diagnosis import Detectability, detectable_text, p_value_text
 from cycloid_profile.units import SIGNS
@@ -37,13 +38,54 @@ def diagnosis_tables(values: Mapping[str, Any]) -> Iterator[PlainTable]:
     keys = ("noise", "fit_before", "fit_after", "held_out_before", "held_out_after")
     yield PlainTable(
         "measured minus predicted, rms",
-        ("file", "noise", "fitted before", "after", "held out before", "after", "unit"),
+        ("file", "noise", "fitted before", "fitted after", "held out before", "held out after", "unit"),
         tuple((g["file"], *("–" if g[k] is None else f"{g[k]:.4g}" for k in keys), SIGNS[g["unit"]])
               for g in values["gap"]),
     )  # fmt: skip
     if values["verdict"] == "agrees":
         unseen = tuple((n["name"], _with_unit_symbol(n["smallest_detectable"])) for n in values["not_seen"])
         yield PlainTable("smallest detectable size of each effect", ("effect", "size"), unseen)
+
+
+def change_tables(values: Mapping[str, Any]) -> Iterator[PlainTable]:
+    """Tables of the JSON object ``against``: what changed, what did not, figures of the loop, and files."""
+    head = ("effect", "parameter", "before", "after", "change", "σ", "confused with")
+    yield PlainTable(
+        "what changed", head, tuple(_change(one) for one in values["changes"]) or (("nothing", *("–",) * 6),)
+    )
+    if values["unchanged"]:
+        yield PlainTable("no significant change", head, tuple(_change(one) for one in values["unchanged"]))
+    if values["figures"]:
+        figures = tuple(
+            (one["name"], f"{one['before']:.4g}", f"{one['after']:.4g}", _signed(one), f"{one['significance']:.1f}")
+            for one in values["figures"]
+        )
+        yield PlainTable("figures of the loop", ("figure", "before", "after", "change", "σ"), figures)
+    keys = ("rms_before", "rms_without_changes", "rms_after")
+    yield PlainTable(
+        "measured minus predicted at both times, rms",
+        ("before", "after", "before", "after, without the changes", "with them", "unit"),
+        tuple((one["before"] or "–", one["after"], *("–" if one[k] is None else f"{one[k]:.4g}" for k in keys),
+               SIGNS[one["unit"]]) for one in values["files"]),
+    )  # fmt: skip
+
+
+def _change(one: Mapping[str, Any]) -> tuple[str, ...]:
+    parts = ", ".join(f"{key} {value}" for key, value in one["parts"].items())
+    name = f"{one['name']} ({parts})" if parts else one["name"]
+    amounts = ("–" if one[key] is None else f"{one[key]:.4g}" for key in ("before", "after"))
+    return (
+        name,
+        one["parameter"],
+        *amounts,
+        _signed(one),
+        f"{one['significance']:.1f}",
+        ", ".join(one["group"][1:]) or "–",
+    )
+
+
+def _signed(one: Mapping[str, Any]) -> str:
+    return "–" if one["change"] is None else f"{one['change']:+.3g} ± {one['uncertainty']:.2g}"
 
 
 def plan_tables(rows: Sequence[Detectability], name: str) -> Iterator[PlainTable]:
@@ -110,16 +152,19 @@ def _range_text(place: Mapping[str, Any]) -> str:
 
 def _size_text(place: Mapping[str, Any]) -> str:
     key = next(k for k in place if k.startswith("rms_"))
-    return f"{place[key]:.3g} {SIGNS[key[4:]]}"
+    return with_unit(f"{place[key]:.3g}", SIGNS[key[4:]])
 
 
 def _with_unit_symbol(size: str) -> str:
     number, _, unit = size.rpartition(" ")
-    return f"{number} {SIGNS[unit]}" if unit in SIGNS else size
+    return with_unit(number, SIGNS[unit]) if unit in SIGNS else size
 
 
 def _smallest(one: Detectability, size: float) -> str:
     """A detectable or identifiable ``size``, else the effect it is confused with; a dash where undetectable."""
     if math.isinf(one.detectable):
         return "–"
-    return f"as {one.most_similar}" if math.isinf(size) else detectable_text(size, one.size, symbols=True)
+    if math.isinf(size):
+        return f"as {one.most_similar}"
+    number, _, unit = detectable_text(size, one.size, symbols=True).rpartition(" ")
+    return with_unit(number, unit) if number else unit

@@ -35,8 +35,8 @@ def to_json(record: ToleranceRecord) -> dict[str, Any]:
         "compared": [
             {
                 "quantity": one.quantity,
-                "conventional": {"mean": one.mean[0], "deviation": one.deviation[0]},
-                "compensated": {"mean": one.mean[1], "deviation": one.deviation[1]},
+                "conventional": {"mean": finite(one.mean[0]), "deviation": finite(one.deviation[0])},
+                "compensated": {"mean": finite(one.mean[1]), "deviation": finite(one.deviation[1])},
                 "ratio_of_deviations": finite(one.ratio),
                 "ratio_error": finite(one.error),
                 "compensated_is": f"{one.verdict} sensitive",

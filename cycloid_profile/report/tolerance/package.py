@@ -26,7 +26,7 @@ from cycloid_profile.articles import (
 )
 from cycloid_profile.articles import sensitivity_table as published_sensitivity_table
 from cycloid_profile.design import LEAST_BACKLASH, ToleranceRecord
-from cycloid_profile.export.writing import atomic_folder
+from cycloid_profile.export.writing import PROTECTED, Protection, atomic_folder
 from cycloid_profile.plot import save
 from cycloid_profile.report.page import PLOTS, REPORT, inline_svg, json_text, template, write_text
 from cycloid_profile.report.tolerance import text
@@ -48,9 +48,14 @@ class Section:
     note: str = ""
 
 
-def write_tolerance(record: ToleranceRecord, folder: Path, progress: Callable[[str], None] = lambda _: None) -> Path:
+def write_tolerance(
+    record: ToleranceRecord,
+    folder: Path,
+    progress: Callable[[str], None] = lambda _: None,
+    protection: Protection = PROTECTED,
+) -> Path:
     """Write ``report.html``, ``tolerance.csv``, ``tolerance.json`` and the pictures; returns the path of the report."""
-    with atomic_folder(folder) as scratch:
+    with atomic_folder(folder, protection) as scratch:
         plots = scratch / PLOTS
         plots.mkdir()
         filled = []

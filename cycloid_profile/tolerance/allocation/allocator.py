@@ -77,6 +77,7 @@ def allocate(
     kept = limits_of(limits, answers.names)
     draws, assumed = _prepared(draws)
     samples, verification = effort.counted(1.0 - wanted)
+    progress(f"allocation: search with {samples:,} reducers, confirmed with {verification:,}, at most {_ROUNDS} rounds")
     sample = Sample.drawn(replace(draws, sequence=Sobol()), answers, kept, samples)
     if sample.curves.where.size == 0:
         raise SpecError("tolerances", "no cost", "changes with the tolerance", "give one a cost above 0", ": ")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +16,7 @@ from cycloid_profile.errors import ToleranceError
 from cycloid_profile.tolerance.study.chunks import Study
 
 _STUDY = "study.json"
+_OWN_PART = re.compile(r"part-\d{5,}\.(parquet|partial)")
 
 
 @dataclass(frozen=True)
@@ -26,8 +28,26 @@ class Store:
     names: tuple[str, ...]
 
     def missing(self) -> list[int]:
-        """Chunks that are not on disk yet."""
-        return [number for number in range(self.study.chunks) if not self._whole(number)]
+        """Chunks that are not on disk yet, or of another study."""
+        numbers = range(self.study.chunks)
+        return [number for number in numbers if not self._whole(number)] if self._is_same else list(numbers)
+
+    def claim(self) -> None:
+        """Make the folder that of this study; files of another study in it are deleted.
+
+        Raises ``ToleranceError`` if the folder cannot be made or written to.
+        """
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            kept = {self.path(number) for number in range(self.study.chunks)} if self._is_same else set()
+            for old in set(self.folder.glob("part-*")) - kept:
+                if _OWN_PART.fullmatch(old.name) and old.is_file():
+                    old.unlink()
+            if not self._is_same:
+                text = json.dumps(self._header, indent=1) + "\n"
+                (self.folder / _STUDY).write_text(text, encoding="utf-8", newline="\n")
+        except OSError as error:
+            raise _not_written(self.folder, error) from None
 
     def put(self, number: int, values: FloatArray) -> None:
         """Write the results of a chunk, shape (count, quantities); the file appears only when it is complete."""
@@ -39,7 +59,7 @@ class Store:
         path = self.path(number)
         scratch = path.with_suffix(".partial")
         try:
-            pq.write_table(pa.table(columns), scratch)
+            pq.write_table(pa.table(columns), scratch, write_page_checksum=True)
             scratch.replace(path)
         except OSError as error:
             raise _not_written(path, error) from None
@@ -54,8 +74,23 @@ class Store:
 
         some = list(self.names if names is None else names)
         for number in range(self.study.chunks):
-            table = pq.read_table(self.path(number), columns=some)
-            yield np.stack([table[name].to_numpy() for name in some], axis=1)
+            try:
+                table = pq.read_table(self.path(number), columns=some, page_checksum_verification=True)
+                values = np.stack([table[name].to_numpy() for name in some], axis=1)
+            except (OSError, ValueError, KeyError) as error:
+                limit = f"was changed while the study ran ({str(error).splitlines()[0]})"
+                raise ToleranceError("samples", f"'{self.path(number)}'", limit, "run it again", " ") from None
+            yield values
+
+    @property
+    def _header(self) -> dict[str, Any]:
+        study = self.study
+        return {"schema": 1, "fingerprint": study.fingerprint, "columns": list(self.names), "chunk": study.chunk}
+
+    @property
+    def _is_same(self) -> bool:
+        """Whether the files in the folder are of this study."""
+        return _read_header(self.folder / _STUDY) == self._header
 
     def path(self, number: int) -> Path:
         """File of a chunk."""
@@ -67,38 +102,28 @@ class Store:
 
         path = self.path(number)
         try:
-            return bool(path.is_file() and pq.read_metadata(path).num_rows == self.study.span(number)[1])
-        except (OSError, pa.ArrowException):
+            if not path.is_file():
+                return False
+            first, count = self.study.span(number)
+            table = pq.read_table(path, page_checksum_verification=True)
+        except (OSError, pa.ArrowException, ValueError):
             return False
+        whole = set(table.column_names) == {"reducer", *self.names} and table.num_rows == count
+        return whole and bool(np.array_equal(table["reducer"].to_numpy(), np.arange(first, first + count)))
 
 
 def open_store(folder: Path, study: Study) -> Store:
-    """The store of a study; files of another study in that folder are deleted.
-
-    Raises ``ToleranceError`` if the folder cannot be made or written to.
-    """
-    names = study.quantity_model.names
-    header: dict[str, Any] = {
-        "schema": 1,
-        "fingerprint": study.fingerprint,
-        "columns": list(names),
-        "chunk": study.chunk,
-    }
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        path, store = folder / _STUDY, Store(folder, study, names)
-        try:
-            same = json.loads(path.read_text(encoding="utf-8")) == header
-        except (OSError, ValueError):
-            same = False
-        kept = {store.path(number) for number in range(study.chunks)} if same else set()
-        for old in set(folder.glob("part-*")) - kept:
-            old.unlink()
-        if not same:
-            path.write_text(json.dumps(header, indent=1) + "\n", encoding="utf-8", newline="\n")
-    except OSError as error:
-        raise _not_written(folder, error) from None
+    """The store of a study, claimed: see ``Store.claim``."""
+    store = Store(folder, study, study.quantity_model.names)
+    store.claim()
     return store
+
+
+def _read_header(path: Path) -> object:
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return None
 
 
 def _not_written(path: Path, error: OSError) -> ToleranceError:

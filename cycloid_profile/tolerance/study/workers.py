@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import os
 import pickle
+import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import CancelledError, ThreadPoolExecutor
@@ -21,11 +22,14 @@ from cycloid_profile.effects import load_plugins, plugin_sources
 from cycloid_profile.errors import ToleranceError
 from cycloid_profile.tolerance.model import Quantities
 from cycloid_profile.tolerance.study.chunks import Study
-from cycloid_profile.tolerance.study.store import Store, open_store
+from cycloid_profile.tolerance.study.store import Store
 
 # Queued chunks per thread of a cluster: enough to keep it busy, few enough for the memory of the scheduler.
 _QUEUED = 3
 _TIMEOUT = 10.0  # s to find a scheduler
+_SILENCE = 20.0  # s without a scheduler or any worker after which a study ends; finished chunks are kept
+_POLL = 0.02  # s between two looks at a cluster; a chunk takes longer
+_MOST_THREADS = 1024
 # Times that a chunk is computed whose result dies with its worker; each needs one more worker to die.
 _TRIES = 5
 
@@ -48,16 +52,21 @@ def run(
 
     Raises ``ToleranceError`` if the folder cannot be written to, or the workers cannot compute.
     """
-    store = open_store(folder, study)
+    store = Store(folder, study, study.quantity_model.names)
     missing = store.missing()
     known, began = study.chunks - len(missing), time.monotonic()
     if known:
         progress(f"{known} of {study.chunks} chunks are there from a run before")
+    # Files of another study are not touched before there is a result: the workers may be out of reach.
     for done, (number, values) in enumerate((workers or Threads()).results(study, missing), start=1):
+        if done == 1:
+            store.claim()
         store.put(number, values)
         seconds = (time.monotonic() - began) / done * (len(missing) - done)
         reducers = min((known + done) * study.chunk, study.samples)
         progress(f"{reducers:,} of {study.samples:,} reducers, {seconds:.0f} s to go")
+    if not missing:
+        store.claim()
     return store
 
 
@@ -66,6 +75,11 @@ class Threads:
     """``count`` threads of this machine, None for one a core."""
 
     count: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.count is not None and not 1 <= self.count <= _MOST_THREADS:
+            remedy = "leave it out for one a core"
+            raise ToleranceError("threads", self.count, f"is no number from 1 to {_MOST_THREADS}", remedy)
 
     def results(self, study: Study, numbers: Sequence[int]) -> Iterator[tuple[int, FloatArray]]:
         # The models that chunks share are made before they start: two threads would make them twice.
@@ -132,9 +146,10 @@ class Cluster:
             waiting = iter(numbers)
             queued = {submitted(n): n for n in islice(waiting, _QUEUED * max(1, sum(client.nthreads().values())))}
             done = distributed.as_completed(list(queued), with_results=False, raise_errors=False)
-            for future in done:
+            while queued:
+                future = self._next(done, client)
                 number = queued.pop(future)
-                answer = self._answer(future)
+                answer = self._answer(future, client)
                 if answer is not None:
                     yield answer
                     again = list(islice(waiting, 1))
@@ -148,26 +163,66 @@ class Cluster:
         finally:
             client.close()
 
-    def _answer(self, future: Any) -> tuple[int, FloatArray] | None:
+    def _next(self, done: Any, client: Any) -> Any:
+        """The next task that ends. Raises ``ToleranceError`` if the scheduler or all its workers are gone for long."""
+        alive = time.monotonic()
+        while not done.has_ready():
+            now = time.monotonic()
+            if self._has_workers(client):
+                alive = now
+            if now - alive > _SILENCE:
+                raise self._gone()
+            time.sleep(_POLL)
+        return next(done)
+
+    def _answer(self, future: Any, client: Any) -> tuple[int, FloatArray] | None:
         """Result of a finished task, None where it was lost with the worker that held it."""
         if future.status == "error":
             raise self._refusal(
                 f"lost a chunk ({future.exception()})", "install the same version of cycloid-profile on its workers"
             )
-        try:
-            answer: tuple[int, FloatArray] = future.result()
-        except CancelledError:
-            return None
-        return answer
+        while True:
+            try:
+                answer: tuple[int, FloatArray] = future.result(timeout=_SILENCE)
+            except CancelledError:
+                return None
+            except TimeoutError:
+                # Its worker died after it had finished: it waits for another one.
+                if not self._has_workers(client):
+                    raise self._gone() from None
+            else:
+                return answer
+
+    @staticmethod
+    def _has_workers(client: Any) -> bool:
+        return client.status == "running" and bool(client.scheduler_info()["workers"])
+
+    def _gone(self) -> ToleranceError:
+        return self._refusal(
+            f"has been without workers for {_SILENCE:.0f} s, or has ended",
+            "start it and its workers again, then repeat the command: finished chunks are kept",
+        )
 
     def _client(self, distributed: Any) -> Any:
-        try:
-            return distributed.Client(self.scheduler, timeout=_TIMEOUT)
-        except (OSError, TimeoutError, ValueError) as error:
-            reason = str(error).split("\n")[0] or "no answer"
+        connected: list[Any] = []
+        reasons: list[str] = []
+
+        def connect() -> None:
+            try:
+                connected.append(distributed.Client(self.scheduler, timeout=_TIMEOUT))
+            except Exception as error:
+                # Another program may answer at that address with anything at all.
+                reasons.append(str(error).split("\n")[0] or "no answer")
+
+        # Its own time limit does not hold where another program keeps the connection open.
+        attempt = threading.Thread(target=connect, daemon=True)
+        attempt.start()
+        attempt.join(2.0 * _TIMEOUT)
+        if connected:
+            return connected[0]
         # An unconnected client closes only on garbage collection, which could deadlock while the next one starts.
-        # Outside the handler nothing refers to it.
         gc.collect()
+        reason = reasons[0] if reasons else "it is no Dask scheduler"
         raise self._refusal(
             f"cannot be reached ({reason})", "start one with 'dask scheduler', or leave --scheduler out"
         )

@@ -1,0 +1,122 @@
+"""Report of an inspected disc: table, JSON, rows of every flank, picture and page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from cycloid_profile import plot
+from cycloid_profile.articles import PlainTable
+from cycloid_profile.design import DesignRecord
+from cycloid_profile.diagnosis.model import quality_of
+from cycloid_profile.errors import MeasurementError
+from cycloid_profile.export.inspection import FLANKS, CheckResult, Inspection, inspect_scan
+from cycloid_profile.export.writing import PROTECTED, Protection, atomic_folder
+from cycloid_profile.measurement import PROFILE_SCAN, Measurement
+from cycloid_profile.report.page import inline_svg, json_text, template, write_text
+from cycloid_profile.units import UM
+
+INSPECTION_PAGE = "inspection.html"
+_NAME = "inspection"
+_RESULT = {True: "passed", False: "failed", None: "not shown"}
+
+
+def write_inspection(
+    record: DesignRecord, scan: Measurement, folder: Path, protection: Protection = PROTECTED
+) -> Inspection:
+    """Inspect a scan and write page, picture, JSON and a table of all flanks into ``folder``.
+
+    Raises ``MeasurementError`` for a file that is no profile scan, or as ``inspect_scan``.
+    """
+    if scan.kind is not PROFILE_SCAN:
+        raise MeasurementError(f"{scan.name}: kind", scan.kind.name, "cannot be inspected", "give a profile scan")
+    spec = record.spec
+    result = inspect_scan(record, scan, quality_of(spec.quality, record.case.disc_material.youngs_modulus))
+    with atomic_folder(folder, protection) as scratch:
+        _, svg = plot.save(plot.inspection_chart(result, name=spec.name), scratch, _NAME)
+        write_text(scratch / f"{_NAME}.csv", flank_rows(result))
+        write_text(scratch / f"{_NAME}.json", json_text(inspection_to_json(spec.name, result)))
+        page = template("inspection.html.j2").render(
+            name=spec.name, result=result, table=inspection_table(spec.name, result), picture=inline_svg(svg, "i")
+        )
+        write_text(scratch / INSPECTION_PAGE, page)
+    return result
+
+
+def inspection_table(name: str, result: Inspection) -> PlainTable:
+    """One row a check: value, uncertainty, tolerance, result."""
+    rows = tuple(
+        (
+            f"{check.name} {check.symbol}",
+            "–" if check.value is None else f"{check.value / UM:.2f}",
+            f"{check.uncertainty / UM:.2f}",
+            f"{check.noise_alone / UM:.2f}",
+            f"{'± ' if check.both_ways else ''}{check.tolerance / UM:.2f}",
+            check.source,
+            _RESULT[check.passed],
+        )
+        for check in result.checks
+    )
+    head = ("check [µm]", "value", "uncertainty", "noise alone", "tolerance", "from", "result")
+    note = f"{'passed' if result.passed else 'failed'}; noise of a point {result.noise / UM:.2f} µm"
+    return PlainTable(f"{name}: inspection of {result.scan.name}", head, rows, note)
+
+
+def inspection_to_json(name: str, result: Inspection) -> dict[str, Any]:
+    """JSON object of an inspection, lengths in µm."""
+    single = result.single_pitch
+    flanks = [
+        {
+            "lobe": lobe + 1,
+            "flank": flank,
+            "band_um": [_um(result.low[lobe, k]), _um(result.high[lobe, k])],
+            "single_pitch_um": _um(single[lobe, k]),
+            "position_um": _um(result.position[lobe, k]),
+        }
+        for lobe in range(single.shape[0])
+        for k, flank in enumerate(FLANKS)
+    ]
+    return {
+        "schema": 1,
+        "name": name,
+        "file": result.scan.name,
+        "datum": "free" if result.scan.datum_free else "bore",
+        "pass": result.passed,
+        "noise_um": _um(result.noise),
+        "pitch_radius_mm": round(result.plan.pitch_radius, 6),
+        "checks": [_check_to_json(check) for check in result.checks],
+        "flanks": flanks,
+        "radial_um": [_um(radius) for radius in result.radial.tolist()],
+    }
+
+
+def flank_rows(result: Inspection) -> str:
+    """CSV with one row a flank."""
+    single = result.single_pitch
+    rows = ["lobe,flank,lowest_um,highest_um,single_pitch_um,position_um,radial_um"]
+    for lobe in range(single.shape[0]):
+        for k, flank in enumerate(FLANKS):
+            values = (
+                result.low[lobe, k], result.high[lobe, k], single[lobe, k], result.position[lobe, k],
+                result.radial[lobe],
+            )  # fmt: skip
+            rows.append(f"{lobe + 1},{flank}," + ",".join(f"{value / UM + 0.0:.4f}" for value in values))
+    return "\n".join(rows) + "\n"
+
+
+def _check_to_json(check: CheckResult) -> dict[str, Any]:
+    return {
+        "name": check.name,
+        "symbol": check.symbol,
+        "value_um": None if check.value is None else _um(check.value),
+        "uncertainty_um": _um(check.uncertainty),
+        "noise_alone_um": _um(check.noise_alone),
+        "tolerance_um": _um(check.tolerance),
+        "both_ways": check.both_ways,
+        "tolerance_from": check.source,
+        "pass": check.passed,
+    }
+
+
+def _um(value: float) -> float:
+    return round(float(value) / UM, 4) + 0.0
