@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable
+from typing import Any
 
 
 class CycloidError(Exception):
@@ -15,21 +16,55 @@ class CycloidError(Exception):
     value : the value it had
     limit : the rule it broke, as a clause ("is outside (0, 1)")
     remedy : what to do, as a clause ("keep the eccentricity below 1.600 mm")
+    joint : text between name and value
     """
 
     exit_code = 2
 
     def __init__(self, what: str, value: object, limit: str, remedy: str, joint: str = " = ") -> None:
-        self.what, self.value, self.limit, self.remedy = what, value, limit, remedy
+        self.what, self.value, self.limit, self.remedy, self.joint = what, value, limit, remedy, joint
         super().__init__(f"{what}{joint}{value} {limit}: {remedy}")
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """The error in one sentence, or in one for each fault."""
+        return (str(self),)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _restored, (type(self), dict(vars(self)), self.args)
 
     def renamed(self, what: str) -> CycloidError:
         """The same error under another name, such as the key of a file."""
         return type(self)(what, self.value, self.limit, self.remedy)
 
 
+def _restored(kind: type[CycloidError], state: dict[str, Any], args: tuple[Any, ...]) -> CycloidError:
+    """The error from another process."""
+    error = kind.__new__(kind, *args)
+    error.__dict__.update(state)
+    return error
+
+
 class SpecError(CycloidError):
-    """A spec file that cannot be read, or a key in it with an impossible value."""
+    """A spec file that cannot be read, or keys in it with an impossible value; ``faults`` holds each of them."""
+
+    faults: tuple[SpecError, ...] = ()
+
+    @classmethod
+    def of(cls, faults: Iterable[SpecError]) -> SpecError:
+        """The fault, or one error of several; its parts are those of the first."""
+        first, *others = faults
+        if not others:
+            return first
+        error = cls(first.what, first.value, first.limit, first.remedy)
+        error.faults = (first, *others)
+        error.args = ("; ".join(map(str, error.faults)),)
+        return error
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """One sentence for each fault."""
+        return tuple(map(str, self.faults)) or (str(self),)
 
 
 class GeometryError(CycloidError):

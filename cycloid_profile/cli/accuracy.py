@@ -2,36 +2,44 @@
 
 from __future__ import annotations
 
-from cycloid_profile.cli._terminal import (
+from cycloid_profile.cli.output._options import (
+    Force,
     Json,
     OutFolder,
     Plugins,
+    Quiet,
     SpecFile,
     output_folder,
-    print_json,
-    print_tables,
-    progress,
+    protection_of,
     read_with_plugins,
-    warn,
 )
+from cycloid_profile.cli.output._terminal import print_tables, printed_as_json, progress, warn
 
 
-def accuracy(spec: SpecFile, /, *, out: OutFolder = None, json: Json = False, plugin: Plugins = ()) -> int:
+def accuracy(
+    spec: SpecFile,
+    /,
+    *,
+    out: OutFolder = None,
+    json: Json = None,
+    force: Force = False,
+    plugin: Plugins = (),
+    quiet: Quiet = False,
+) -> int:
     """Predict and draw backlash, lost motion, torsional rigidity and transmission error.
 
-    Example: cycloid-profile accuracy examples/rv40e.toml --json
+    Example: cycloid-profile accuracy examples/rv40e.toml --out exports/rv40e
     """
     from cycloid_profile.design import design_disc, summary
     from cycloid_profile.report.design import save_accuracy_plot, terminal_tables, warnings
 
-    with progress() as show_step:
+    protection = protection_of(force, spec, *plugin, json=json)
+    with progress(quiet) as show_step:
         show_step("loading the drive over one mesh cycle")
         record = design_disc(read_with_plugins(spec, plugin))
-        picture = save_accuracy_plot(record, output_folder(out, spec))
+        picture = save_accuracy_plot(record, output_folder(out, spec), protection)
     figures = summary(record) | {"picture": str(picture)}
-    if json:
-        print_json(figures)
-    else:
+    if not printed_as_json(figures, json, protection):
         print_tables(terminal_tables(figures))
         print(f"\npicture: {picture}")
     warn(*warnings(figures))

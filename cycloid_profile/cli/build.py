@@ -2,42 +2,53 @@
 
 from __future__ import annotations
 
-from cycloid_profile.cli._terminal import (
+from cycloid_profile.cli.output._options import (
+    Force,
     Json,
     OutFolder,
     Plugins,
+    Quiet,
     SpecFile,
     output_folder,
-    print_json,
-    print_tables,
-    progress,
+    protection_of,
     read_with_plugins,
-    warn,
 )
+from cycloid_profile.cli.output._terminal import print_tables, printed_as_json, progress, warn
 
 
-def build(spec: SpecFile, /, *, out: OutFolder = None, json: Json = False, plugin: Plugins = ()) -> int:
+def build(
+    spec: SpecFile,
+    /,
+    *,
+    out: OutFolder = None,
+    json: Json = None,
+    force: Force = False,
+    plugin: Plugins = (),
+    quiet: Quiet = False,
+) -> int:
     """Compute the tooth, compensate it, and write all files, pictures and the report.
 
     Example: cycloid-profile build examples/rv40e.toml --out exports/rv40e
     """
     from cycloid_profile.design import design_disc, summary
-    from cycloid_profile.export import exporter_for
+    from cycloid_profile.export import CadProcess, exporter_for
     from cycloid_profile.report.design import REPORT, build_package, terminal_tables, warnings
 
     folder = output_folder(out, spec)
-    with progress() as show_step:
+    protection = protection_of(force, spec, *plugin, json=json)
+    with progress(quiet) as show_step:
         show_step("reading the spec")
         wanted = read_with_plugins(spec, plugin)
         show_step("computing load sharing and compensation")
-        record = design_disc(wanted)
-        skipped = build_package(record, folder, show_step)
+        with CadProcess(wanted.export.formats) as process:
+            record = design_disc(wanted)
+            skipped = build_package(record, folder, show_step, protection, process)
     figures = summary(record) | {"out": str(folder), "skipped": skipped}
     warn(*(f"{', '.join(exporter_for(name).filenames)} not written: {reason}" for name, reason in skipped.items()))
-    if json:
-        print_json(figures)
-    else:
+    if not printed_as_json(figures, json, protection):
         print_tables(terminal_tables(figures, loads=True))
+        if figures["disc_parts"]:
+            print(f"\n{figures['disc_parts']}")
         print(f"\nwritten to {folder}; open {folder / REPORT}")
     warn(*warnings(figures))
     return 1 if record.failures else 0

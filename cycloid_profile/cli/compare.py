@@ -7,17 +7,21 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from cycloid_profile.cli._terminal import (
+from cycloid_profile.cli.output._options import (
+    Columns,
+    Force,
     Json,
     OutFolder,
     Plugins,
+    Quiet,
+    keep_columns,
     output_folder,
-    print_json,
-    print_tables,
-    progress,
+    protection_of,
+    read_files,
     read_with_plugins,
     require_files,
 )
+from cycloid_profile.cli.output._terminal import print_tables, print_text, printed_as_json, progress
 
 
 def compare(
@@ -25,35 +29,41 @@ def compare(
     /,
     *data: Path,
     out: OutFolder = None,
-    disc: Annotated[int, Parameter(help="Disc that was scanned, 1 for the first.")] = 1,
-    json: Json = False,
+    disc: Annotated[int, Parameter(help="Disc that was scanned, 1 for the first.", show_default=True)] = 1,
+    columns: Columns = (),
+    json: Json = None,
+    force: Force = False,
     plugin: Plugins = (),
+    quiet: Quiet = False,
 ) -> int:
     """Compare measured files with the prediction of the spec and its [[effects]], and draw the differences.
 
-    Example: cycloid-profile compare examples/rv40e.toml scan.csv loop.csv
+    Example: cycloid-profile compare examples/rv40e.toml scan.csv loop.csv --out exports/rv40e
 
     Parameters
     ----------
     spec
         Spec file (TOML).
     data
-        Measured files (CSV).
+        Measured files (CSV), also of other programs.
     """
     from cycloid_profile.design import as_built_reducer
-    from cycloid_profile.measurement import read_measurement
     from cycloid_profile.report import comparison_table, comparison_to_json, write_comparison
 
     require_files(data, "measured files")
+    protection = protection_of(force, spec, *data, *plugin, json=json)
     folder = output_folder(out, spec) / "compare"
-    with progress() as show_step:
+    with progress(quiet) as show_step:
         wanted = read_with_plugins(spec, plugin)
-        measured = [read_measurement(file) for file in data]
+        measured = read_files(data, columns, wanted, show_step)
         show_step("building the reducer")
-        compared = write_comparison(as_built_reducer(wanted), wanted.name, measured, folder, disc - 1, show_step)
-    if json:
-        print_json(comparison_to_json(wanted.name, compared))
-    else:
+        reducer = as_built_reducer(wanted)
+        compared = write_comparison(reducer, wanted.name, measured, folder, disc - 1, show_step, protection)
+    keep_columns(data, columns, quiet)
+    if not printed_as_json(comparison_to_json(wanted.name, compared), json, protection):
         print_tables([comparison_table(wanted.name, compared)])
+        for measurement in (one.residual.measurement for one in compared):
+            for note in measurement.notes:
+                print_text(f"note: {measurement.name}: {note}")
         print(f"\npictures: {folder}")
     return 0

@@ -7,17 +7,20 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from cycloid_profile.cli._terminal import (
+from cycloid_profile.cli.output._options import (
+    Columns,
+    Force,
     Json,
     Plugins,
+    Quiet,
+    keep_columns,
     output_folder,
-    print_json,
-    print_tables,
-    progress,
+    protection_of,
+    read_files,
     read_with_plugins,
     require_files,
-    warn,
 )
+from cycloid_profile.cli.output._terminal import print_tables, print_text, printed_as_json, progress, warn
 
 
 def correct(
@@ -28,50 +31,57 @@ def correct(
         Path | None, Parameter(help="Output folder, default exports/NAME/correct, NAME of the spec file.")
     ] = None,
     disc: Annotated[int | None, Parameter(help="Scanned disc, default from key `specimen`, else 1.")] = None,
-    limit_um: Annotated[float, Parameter(help="Largest allowed deviation from the nominal tooth [µm].")] = 10.0,
+    limit_um: Annotated[
+        float, Parameter(help="Largest allowed deviation from the nominal tooth [µm].", show_default=True)
+    ] = 10.0,
     wheel_radius_mm: Annotated[
         float | None, Parameter(help="Radius of the grinding wheel [mm], default that of the generating pin.")
     ] = None,
     remainder: Annotated[
-        bool, Parameter(negative=(), help="Cancel a smooth remainder, too: fitted to the scan, not explained.")
+        bool, Parameter(help="Cancel a smooth remainder, too: fitted to the scan, not explained.")
     ] = False,
-    json: Json = False,
+    columns: Columns = (),
+    json: Json = None,
+    force: Force = False,
     plugin: Plugins = (),
+    quiet: Quiet = False,
 ) -> int:
     """Write the grinding path that cancels the errors found in scans of a disc, and the expected scan.
 
-    Example: cycloid-profile correct examples/rv40e.toml scan.csv --limit-um 5
+    Example: cycloid-profile correct examples/rv40e.toml scan.csv --limit-um 5 --out correction
 
     Parameters
     ----------
     spec
         Spec file (TOML); the flank errors of this disc in its [[effects]] are cancelled, too.
     scans
-        Profile scans of one disc (CSV).
+        Profile scans of one disc (CSV), also of other programs.
     """
-    from cycloid_profile.measurement import read_measurement
     from cycloid_profile.report.diagnosis import correct_scans, correction_sentences, correction_tables
 
     require_files(scans, "profile scans")
+    protection = protection_of(force, spec, *scans, *plugin, json=json)
     folder = output_folder(out, spec, "correct")
-    with progress() as show_step:
+    with progress(quiet) as show_step:
+        wanted = read_with_plugins(spec, plugin)
         values, reason, status = correct_scans(
-            read_with_plugins(spec, plugin),
-            [read_measurement(file) for file in scans],
+            wanted,
+            read_files(scans, columns, wanted, warn),
             folder,
             disc=None if disc is None else disc - 1,
             limit_um=limit_um,
             wheel_radius=wheel_radius_mm,
             remainder=remainder,
             progress=show_step,
+            protection=protection,
         )
-    if json:
-        print_json(values)
+    keep_columns(scans, columns, quiet)
+    printed = printed_as_json(values, json, protection)
     if status and reason is not None:
         warn(reason)
-    elif not json and reason is not None:
+    elif not printed and reason is not None:
         print(f"{values['name']}: {reason}")
-    elif not json:
+    elif not printed:
         print_tables(correction_tables(values))
-        print("", *correction_sentences(values), f"\nwritten: {folder}", sep="\n")
+        print_text("", *correction_sentences(values), "", f"written: {folder}")
     return status

@@ -4,20 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from cycloid_profile.cli._terminal import (
+from cycloid_profile.cli.output._options import (
+    Columns,
+    Force,
+    Json,
     OutFolder,
     Plugins,
+    Quiet,
+    keep_columns,
     output_folder,
-    print_json,
-    print_tables,
-    progress,
+    protection_of,
+    read_files,
     read_with_plugins,
     require_files,
 )
+from cycloid_profile.cli.output._terminal import print_tables, print_text, printed_as_json, progress
+
+if TYPE_CHECKING:
+    from cycloid_profile.export.writing import Protection
 
 
 def diagnose(
@@ -25,75 +33,89 @@ def diagnose(
     /,
     *data: Path,
     out: OutFolder = None,
-    json: Annotated[
-        Path | None,
-        Parameter(allow_leading_hyphen=True, help="File for the result as one JSON object; - prints it, no tables."),
-    ] = None,
+    json: Json = None,
     disc: Annotated[int | None, Parameter(help="Scanned disc, default from key `specimen`, else 1.")] = None,
     held_out: Annotated[
         tuple[Path, ...], Parameter(help="Measured file for validation only, for example of a second specimen.")
     ] = (),
-    plan: Annotated[
-        bool, Parameter(negative=(), help="Print the effect sizes each measurement can detect; needs no data.")
-    ] = False,
+    columns: Columns = (),
+    against: Annotated[
+        tuple[Path, ...],
+        Parameter(consume_multiple=True, help="Files of the same specimen before: run-in, preload, regrinding."),
+    ] = (),
+    plan: Annotated[bool, Parameter(help="Print the effect sizes each measurement can detect; needs no data.")] = False,
+    force: Force = False,
     plugin: Plugins = (),
+    quiet: Quiet = False,
 ) -> int:
     """Compare measured files with the simulation, name the missing effect and print the gap before and after.
 
-    Example: cycloid-profile diagnose examples/rv40e.toml scan.csv te_rated.csv loop.csv
+    Example: cycloid-profile diagnose examples/rv40e.toml scan.csv te_rated.csv loop.csv --out diagnosis
 
     Parameters
     ----------
     spec
         Spec file (TOML); it is not changed.
     data
-        Measured files (CSV), explained together.
+        Measured files (CSV), also of other programs, explained together.
     """
+    protection = protection_of(force, spec, *data, *held_out, *against, *plugin, json=json)
     if plan:
-        return _plan_measurements(spec, plugin, output_folder(out, spec) / "diagnosis")
+        return _plan_measurements(spec, plugin, output_folder(out, spec) / "diagnosis", protection, quiet)
     require_files(data, "measured files")
     from cycloid_profile.design import as_built_reducer
+    from cycloid_profile.diagnosis import compare_diagnoses, comparison_to_json
     from cycloid_profile.diagnosis import diagnose as diagnose_files
     from cycloid_profile.diagnosis import diagnosis_to_json as diagnosis_json
-    from cycloid_profile.measurement import read_measurement
-    from cycloid_profile.report.diagnosis import VERDICTS, diagnosis_tables, write_diagnosis, write_json
+    from cycloid_profile.report.diagnosis import VERDICTS, change_tables, diagnosis_tables, write_diagnosis
 
     wanted = read_with_plugins(spec, plugin)
     folder = output_folder(out, spec, "diagnosis")
-    with progress() as show_step:
-        measured = [read_measurement(file) for file in data]
-        checks = [read_measurement(file) for file in held_out]
+    with progress(quiet) as show_step:
+        measured = read_files([*data, *held_out, *against], columns, wanted, show_step)
+        measured, checks, earlier = (
+            measured[: len(data)],
+            measured[len(data) : len(data) + len(held_out)],
+            measured[len(data) + len(held_out) :],
+        )
         show_step("building the reducer")
         reducer = as_built_reducer(wanted)
         discs = None if disc is None else [disc - 1] * len(measured)
         result = diagnose_files(reducer, measured, discs, checks, show_step)
+        changes = None
+        if earlier:
+            show_step("diagnosing the files before")
+            known = None if disc is None else [disc - 1] * len(earlier)
+            changes = compare_diagnoses(diagnose_files(reducer, earlier, known, (), show_step), result, show_step)
         files = {file.name: file.read_bytes() for file in data}
-        written = write_diagnosis(result, wanted.name, spec, files, folder, show_step)
+        written = write_diagnosis(result, wanted.name, spec, files, folder, show_step, changes, protection)
+    keep_columns([*data, *held_out, *against], columns, quiet)
     values = diagnosis_json(result, wanted.name)
-    if json is not None and str(json) == "-":
-        print_json(values)
+    if changes is not None:
+        values["against"] = comparison_to_json(changes)
+    if printed_as_json(values, json, protection):
         return 0
-    if json is not None:
-        write_json(json, values)
     print(f"{wanted.name}: {VERDICTS[result.verdict]}\n")
     print_tables(diagnosis_tables(values))
-    for note in result.notes:
-        print(f"note: {note}")
+    if changes is not None:
+        print_tables(change_tables(values["against"]))
+    for note in (*result.notes, *(changes.notes if changes is not None else ())):
+        print_text(f"note: {note}")
     print(f"\nreport: {written.report}")
     if written.spec is not None:
         print(f"spec with the effects: {written.spec}")
     return 0
 
 
-def _plan_measurements(spec: Path, plugin: Sequence[str], folder: Path) -> int:
+def _plan_measurements(spec: Path, plugin: Sequence[str], folder: Path, protection: Protection, quiet: bool) -> int:
     from cycloid_profile.design import as_built_reducer
     from cycloid_profile.diagnosis import detectability
     from cycloid_profile.report.diagnosis import plan_tables, save_plan_plot
 
     wanted = read_with_plugins(spec, plugin)
-    with progress() as show_step:
+    with progress(quiet) as show_step:
         rows = detectability(as_built_reducer(wanted), show_step)
-        picture = save_plan_plot(rows, wanted.name, folder)
+        picture = save_plan_plot(rows, wanted.name, folder, protection)
     print_tables(plan_tables(rows, wanted.name))
     print(f"\npicture: {picture}")
     return 0

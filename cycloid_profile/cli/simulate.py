@@ -7,14 +7,8 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from cycloid_profile.cli._terminal import (
-    Json,
-    Plugins,
-    print_json,
-    print_tables,
-    progress,
-    read_with_plugins,
-)
+from cycloid_profile.cli.output._options import Force, Json, Plugins, Quiet, protection_of, read_with_plugins
+from cycloid_profile.cli.output._terminal import print_tables, printed_as_json, progress
 
 Kind = Literal["profile_scan", "hysteresis", "transmission_error", "lost_motion_map"]
 
@@ -28,17 +22,21 @@ def simulate(
         Path | None, Parameter(help="File to write, default NAME_KIND.csv; a picture is written next to it.")
     ] = None,
     torque_nm: Annotated[float | None, Parameter(help="Torque [N·m], default that of the kind.")] = None,
-    output_angle_deg: Annotated[float, Parameter(help="Angle of the output for a loop [°].")] = 0.0,
+    output_angle_deg: Annotated[float, Parameter(help="Angle of the output for a loop [°].", show_default=True)] = 0.0,
     points: Annotated[int | None, Parameter(help="Number of rows, default that of the kind.")] = None,
-    disc: Annotated[int, Parameter(help="Disc to scan, 1 for the first.")] = 1,
-    noise: Annotated[float, Parameter(help="Standard deviation of noise, in the unit of the column (scan: µm).")] = 0.0,
-    seed: Annotated[int, Parameter(help="Seed of the noise.")] = 0,
-    json: Json = False,
+    disc: Annotated[int, Parameter(help="Disc to scan, 1 for the first.", show_default=True)] = 1,
+    noise: Annotated[
+        float, Parameter(help="Standard deviation of noise, in the unit of the column (scan: µm).", show_default=True)
+    ] = 0.0,
+    seed: Annotated[int, Parameter(help="Seed of the noise.", show_default=True)] = 0,
+    json: Json = None,
+    force: Force = False,
     plugin: Plugins = (),
+    quiet: Quiet = False,
 ) -> int:
     """Write the readings of a measuring machine or test bench on the reducer with its [[effects]].
 
-    Example: cycloid-profile simulate examples/rv40e.toml --kind hysteresis
+    Example: cycloid-profile simulate examples/rv40e.toml --kind hysteresis --out loop.csv
 
     Parameters
     ----------
@@ -55,6 +53,9 @@ def simulate(
     file = Path(f"{spec.stem}_{kind}.csv") if out is None else out
     if file.suffix == ".png":
         raise ExportError("--out", f"'{file}'", "is the name of the picture", "end it with .csv", " ")
+    protection = protection_of(force, spec, *plugin, json=json)
+    for target in (file, file.with_suffix(".png")):
+        protection.check(target)
     settings = Settings(
         torque=None if torque_nm is None else torque_nm * NEWTON_METRE,
         output_angle=output_angle_deg * DEGREE,
@@ -63,19 +64,17 @@ def simulate(
         noise=noise,
         seed=seed,
     )
-    with progress() as show_step:
+    with progress(quiet) as show_step:
         show_step("building the reducer")
         wanted = read_with_plugins(spec, plugin)
         reducer = as_built_reducer(wanted)
         title = kind.replace("_", " ")
         show_step(f"measuring: {title}")
         measured = measure(reducer, kind, settings)
-        picture = write_measurement(measured, reducer, wanted.name, file)
+        picture = write_measurement(measured, reducer, wanted.name, file, protection)
     figures = key_figures(measured)
-    if json:
-        written = {"name": wanted.name, "kind": kind, "file": str(file), "picture": str(picture)}
-        print_json({"schema": 1, **written, "figures": figures})
-    else:
+    written = {"name": wanted.name, "kind": kind, "file": str(file), "picture": str(picture)}
+    if not printed_as_json({"schema": 1, **written, "figures": figures}, json, protection):
         print_tables([key_figure_table(f"{wanted.name}: {title}", figures)])
         print(f"\nwritten: {file}, picture: {picture}")
     return 0

@@ -7,16 +7,17 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from cycloid_profile.cli._terminal import (
+from cycloid_profile.cli.output._options import (
+    Force,
     Json,
     OutFolder,
     Plugins,
+    Quiet,
     output_folder,
-    print_json,
-    print_tables,
-    progress,
+    protection_of,
     read_with_plugins,
 )
+from cycloid_profile.cli.output._terminal import print_tables, print_text, printed_as_json, progress
 
 
 def tolerance(
@@ -25,30 +26,28 @@ def tolerance(
     *,
     out: OutFolder = None,
     samples: Annotated[
-        int | None, Parameter(help="Number of reducers for the backlash, default from the spec.", show_default=False)
+        int | None, Parameter(help="Number of reducers for the backlash, default from the spec.")
     ] = None,
     loaded_samples: Annotated[
-        int | None, Parameter(help="Number of reducers under load, default from the spec.", show_default=False)
+        int | None, Parameter(help="Number of reducers under load, default from the spec.")
     ] = None,
-    seed: Annotated[int | None, Parameter(help="Seed of the random numbers.", show_default=False)] = None,
+    seed: Annotated[int | None, Parameter(help="Seed of the random numbers.")] = None,
     sequence: Annotated[
-        Literal["random", "latin-hypercube", "sobol"] | None, Parameter(help="Sampling sequence.", show_default=False)
+        Literal["random", "latin-hypercube", "sobol"] | None, Parameter(help="Sampling sequence.")
     ] = None,
-    allocate: Annotated[
-        bool, Parameter(negative=(), help="Find the cheapest tolerances that reach the required yield.")
-    ] = False,
+    allocate: Annotated[bool, Parameter(help="Find the cheapest tolerances that reach the required yield.")] = False,
     scheduler: Annotated[
-        str | None, Parameter(help="Dask scheduler such as tcp://host:8786, default this machine.", show_default=False)
+        str | None, Parameter(help="Dask scheduler such as tcp://host:8786, default this machine.")
     ] = None,
-    threads: Annotated[
-        int | None, Parameter(help="Number of threads on this machine, default one per core.", show_default=False)
-    ] = None,
-    json: Json = False,
+    threads: Annotated[int | None, Parameter(help="Number of threads on this machine, default one per core.")] = None,
+    json: Json = None,
+    force: Force = False,
     plugin: Plugins = (),
+    quiet: Quiet = False,
 ) -> int:
     """Simulate reducers with random errors: distribution, yield, and which tolerance to tighten.
 
-    Example: cycloid-profile tolerance examples/rv40e_tolerances.toml --samples 1000000
+    Example: cycloid-profile tolerance examples/rv40e_tolerances.toml --samples 1000000 --out tolerance
 
     An interrupted run resumes when started again with the same spec and folder.
 
@@ -68,20 +67,20 @@ def tolerance(
     )
     from cycloid_profile.tolerance.study import Cluster, Threads, Workers
 
+    protection = protection_of(force, spec, *plugin, json=json)
     changed = {"samples": samples, "loaded_samples": loaded_samples, "seed": seed, "sequence": sequence}
     wanted = with_tolerance_values(read_with_plugins(spec, plugin), changed)
     folder = output_folder(out, spec, "tolerance")
     workers: Workers = Threads(threads) if scheduler is None else Cluster(scheduler)
-    with progress() as show_step:
+    with progress(quiet) as show_step:
         record = tolerance_record(wanted, folder / "samples", workers, allocate, show_step)
-        report = write_tolerance(record, folder, show_step)
-    if json:
-        print_json(to_json(record) | {"report": str(report)})
+        report = write_tolerance(record, folder, show_step, protection)
+    if printed_as_json(to_json(record) | {"report": str(report)}, json, protection):
         return 0
-    print(f"{wanted.name}: {headline(record)}\n")
+    print_text(f"{wanted.name}: {headline(record)}", "")
     print_tables(terminal_tables(record))
     allocated = [] if record.allocation is None else allocation_sentences(record.allocation)[:1]
     for sentence in (*allocated, *summary_sentences(record)):
-        print(f"\n{sentence}")
+        print_text("", sentence)
     print(f"\nreport: {report}")
     return 0

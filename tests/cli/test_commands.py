@@ -8,6 +8,7 @@ import io
 import json
 import subprocess
 import sys
+import time
 import xml.dom.minidom
 from collections.abc import Callable
 from pathlib import Path
@@ -235,7 +236,7 @@ def test_an_output_folder_without_permission_is_refused(
     def denied(*_: object, **__: object) -> str:
         raise PermissionError(13, "Permission denied", str(tmp_path))
 
-    monkeypatch.setattr("tempfile.mkdtemp", denied)
+    monkeypatch.setattr("cycloid_profile.export.writing._staging._grabbed", denied)
     assert run(["export", str(changed()), "--format", "cmm", "--out", str(tmp_path / "locked")]) == 2
     assert "cannot be written (Permission denied): choose another with --out" in capsys.readouterr().err
 
@@ -256,7 +257,7 @@ def test_a_failure_half_way_leaves_the_old_files_alone(
     spec = changed(("equidistant_um = 6.0", "equidistant_um = 9.0"))
     assert run(["export", str(spec), "--format", "csv", "--format", "cmm", "--out", str(out)]) == 2
     assert (out / "profile.csv").read_bytes() == before
-    assert sorted(path.name for path in out.iterdir()) == ["manifest.json", "profile.csv"]
+    assert sorted(path.name for path in out.iterdir()) == ["manifest.json", "profile.csv", "profile_disc_2.csv"]
 
 
 BINDING = [
@@ -347,9 +348,11 @@ def test_the_manifest_follows_an_export_and_a_smaller_build(changed: Callable[..
     spec = changed(("equidistant_um = 6.0", "equidistant_um = 8.0"))
     assert run(["export", str(spec), "--format", "csv", "--out", str(out)]) == 0
     entries = json.loads((out / "manifest.json").read_text(encoding="utf-8"))["files"]
-    assert [entry["path"] for entry in entries] == ["cmm_nominal.csv", "profile.csv"]
-    assert entries[0]["spec_sha256"] != entries[1]["spec_sha256"], "the two come from different specs"
-    assert entries[1]["sha256"] == hashlib.sha256((out / "profile.csv").read_bytes()).hexdigest()
+    # Disc 2 of the RV-40E is another part.
+    names = ["cmm_nominal.csv", "cmm_nominal_disc_2.csv", "profile.csv", "profile_disc_2.csv"]
+    assert [entry["path"] for entry in entries] == names
+    assert entries[0]["spec_sha256"] != entries[2]["spec_sha256"], "the two come from different specs"
+    assert entries[2]["sha256"] == hashlib.sha256((out / "profile.csv").read_bytes()).hexdigest()
     mine = out / "mine.txt"
     mine.write_text("kept", encoding="utf-8")
     only_cmm = changed(('["dxf", "step", "csv", "gcode", "cmm"]', '["cmm"]'))
@@ -370,7 +373,9 @@ def test_export_lists_before_it_writes(tmp_path: Path, capsys: pytest.CaptureFix
     out = tmp_path / "out"
     assert run(["export", str(RV40E), "--list", "--json", "--out", str(out)]) == 0
     listed = json.loads(capsys.readouterr().out)["files"]
-    assert [entry["format"] for entry in listed] == ["dxf", "step", "csv", "gcode", "cmm"]
+    # Both discs of the RV-40E.
+    formats = ("dxf", "step", "csv", "gcode", "cmm")
+    assert [entry["format"] for entry in listed] == [name for name in formats for _ in range(2)]
     assert not out.exists()
     assert run(["export", str(RV40E), "--list"]) == 0
     assert "disc.step" in capsys.readouterr().out
@@ -379,7 +384,12 @@ def test_export_lists_before_it_writes(tmp_path: Path, capsys: pytest.CaptureFix
 def test_export_writes_the_formats_asked_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["export", str(RV40E), "--format", "gcode", "--format", "cmm", "--out", str(tmp_path), "--json"]) == 0
     files = json.loads(capsys.readouterr().out)["files"]
-    assert [entry["path"] for entry in files] == ["grinding.nc", "cmm_nominal.csv"]
+    assert [entry["path"] for entry in files] == [
+        "grinding.nc",
+        "grinding_disc_2.nc",
+        "cmm_nominal.csv",
+        "cmm_nominal_disc_2.csv",
+    ]
     assert all(entry["deviation_um"] <= entry["tolerance_um"] for entry in files)
     assert run(["export", str(RV40E), "--format", "cmm", "--out", str(tmp_path)]) == 0
     assert "cmm_nominal.csv" in capsys.readouterr().out
@@ -389,10 +399,13 @@ def test_export_writes_the_formats_asked_for(tmp_path: Path, capsys: pytest.Capt
 def test_without_the_cad_kernel_everything_but_step_is_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setitem(sys.modules, "OCP", None)
+    # The kernel is imported by another process, which takes the path of this one.
+    (tmp_path / "build123d.py").write_text("raise ImportError('not installed')\n", encoding="utf-8")
+    monkeypatch.delitem(sys.modules, "build123d", raising=False)
+    monkeypatch.syspath_prepend(tmp_path)
     assert run(["build", str(RV40E), "--out", str(tmp_path), "--json"]) == 0
     out, err = capsys.readouterr()
-    assert "pip install cadquery-ocp-novtk" in json.loads(out)["skipped"]["step"]
+    assert "pip install build123d" in json.loads(out)["skipped"]["step"]
     assert "disc.step not written" in err
     manifest = json.loads((tmp_path / "manifest.json").read_text(encoding="utf-8"))
     assert [entry["format"] for entry in manifest["skipped"]] == ["step"]
@@ -404,9 +417,8 @@ def test_a_missing_system_library_is_named_with_its_remedy(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     fault = "libGL.so.1: cannot open shared object file: No such file or directory"
-    (tmp_path / "OCP.py").write_text(f"raise ImportError({fault!r})\n", encoding="utf-8")
-    for name in [name for name in sys.modules if name.split(".")[0] == "OCP"]:
-        monkeypatch.delitem(sys.modules, name)
+    (tmp_path / "build123d.py").write_text(f"raise ImportError({fault!r})\n", encoding="utf-8")
+    monkeypatch.delitem(sys.modules, "build123d", raising=False)
     monkeypatch.syspath_prepend(tmp_path)
     assert run(["export", str(RV40E), "--format", "step", "--out", str(tmp_path / "out")]) == 1
     assert "apt install libgl1" in capsys.readouterr().err
@@ -464,7 +476,8 @@ def test_help_and_import_leave_the_heavy_libraries_alone() -> None:
         "import sys, cycloid_profile\n"
         "from cycloid_profile.cli.main import run\n"
         "assert run(['--help']) == 0\n"
-        "heavy = {'OCP', 'lib3mf', 'ezdxf', 'matplotlib', 'scipy', 'shapely', 'jinja2'} & set(sys.modules)\n"
+        "heavy = {'OCP', 'build123d', 'lib3mf', 'ezdxf', 'matplotlib', 'scipy', 'shapely', 'jinja2'}\n"
+        "heavy &= set(sys.modules)\n"
         "assert not heavy, heavy\n"
     )
     subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT, stdout=subprocess.DEVNULL)
@@ -484,3 +497,21 @@ def test_the_help_of_a_command_imports_that_command_only() -> None:
 def test_a_misspelt_command_gets_the_nearest_one(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["diagnos"]) == 2
     assert 'Did you mean "diagnose"' in capsys.readouterr().err
+
+
+def test_a_step_that_lasts_is_shown_again(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    from cycloid_profile.cli.output import _progress, _terminal
+
+    # Without durations of an earlier run.
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setattr(_terminal, "_HEARTBEAT", 0.05)
+    monkeypatch.setattr(_progress, "SHORTEST", 0.01)
+    with _terminal.progress() as show_step:
+        show_step("a long search")
+        time.sleep(0.3)
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[0] == "… a long search"
+    assert lines[1].startswith("… a long search (0 s so far)")
+    assert len(lines) > 2

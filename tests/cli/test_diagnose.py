@@ -243,3 +243,15 @@ def test_help_has_an_example(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["diagnose", "--help"]) == 0
     out = " ".join(capsys.readouterr().out.split())
     assert "Example: cycloid-profile diagnose examples/rv40e.toml" in out
+
+
+def test_against_tells_what_became_oval(bench: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["diagnose", str(bench / "mine.toml"), str(bench / "scan.csv"), "--out", str(bench / "changed")]
+    assert run([*words, "--against", str(bench / "clean.csv")]) == 0
+    assert "what changed" in capsys.readouterr().out
+    values = _values(bench / "changed" / "diagnosis.json")
+    assert set(values) >= KEYS
+    rows = {one["parameter"]: one for one in values["against"]["changes"] if one["name"] == "disc_oval"}
+    assert rows["amplitude_um"]["change"] == pytest.approx(2.0, abs=4.0 * rows["amplitude_um"]["uncertainty"])
+    assert values["against"]["files"][0]["before"] == "clean.csv"
+    assert (bench / "changed" / "plots" / "change_scan.png").is_file()

@@ -112,11 +112,13 @@ def test_a_file_that_was_simulated_differs_from_its_spec_by_the_noise(
 def test_without_the_effects_the_gap_is_what_they_do(
     spec: Written, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    file = tmp_path / "scan.csv"
-    assert run(["simulate", str(spec(OVAL)), "--kind", "profile_scan", "--out", str(file), "--points", "800"]) == 0
-    assert "root_radius_mm" in capsys.readouterr().out
-    # The same file twice: repeats have a picture each.
-    words = ["compare", str(spec(name="plain.toml")), str(file), str(file), "--out", str(tmp_path / "out")]
+    files = [tmp_path / folder / "scan.csv" for folder in ("first", "second")]
+    for points, file in zip(("800", "900"), files, strict=True):
+        words = ["simulate", str(spec(OVAL)), "--kind", "profile_scan", "--out", str(file), "--points", points]
+        assert run(words) == 0
+        assert "root_radius_mm" in capsys.readouterr().out
+    # Repeats of one name have a picture each.
+    words = ["compare", str(spec(name="plain.toml")), *map(str, files), "--out", str(tmp_path / "out")]
     assert run([*words, "--json"]) == 0
     rows = json.loads(capsys.readouterr().out)["gap"]
     assert [row["rms"] for row in rows] == pytest.approx([2.0 / np.sqrt(2.0)] * 2, rel=0.01)

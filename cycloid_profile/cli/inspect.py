@@ -1,0 +1,68 @@
+"""``cycloid-profile inspect``: pitch, runout and profile of a measured disc against its tolerances."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from cycloid_profile.cli.output._options import (
+    Columns,
+    Force,
+    Json,
+    Plugins,
+    Quiet,
+    keep_columns,
+    output_folder,
+    protection_of,
+    read_files,
+    read_with_plugins,
+)
+from cycloid_profile.cli.output._terminal import print_tables, print_text, printed_as_json, progress
+
+
+def inspect(
+    spec: Path,
+    scan: Path,
+    /,
+    *,
+    out: Annotated[
+        Path | None, Parameter(help="Output folder, default exports/NAME/inspect, NAME of the spec file.")
+    ] = None,
+    columns: Columns = (),
+    json: Json = None,
+    force: Force = False,
+    plugin: Plugins = (),
+    quiet: Quiet = False,
+) -> int:
+    """Evaluate a profile scan: f_p, F_p, F_r and the profile band of every flank; status 1 if a check fails.
+
+    Example: cycloid-profile inspect examples/rv40e.toml scan.csv --out inspection
+
+    Parameters
+    ----------
+    spec
+        Spec file (TOML); `[export.inspection]` holds the tolerances, else they follow from `quality`.
+    scan
+        Profile scan of the whole disc (CSV), also of another program.
+    """
+    from cycloid_profile.design import design_disc
+    from cycloid_profile.report import inspection_table, inspection_to_json, write_inspection
+
+    protection = protection_of(force, spec, scan, *plugin, json=json)
+    folder = output_folder(out, spec, "inspect")
+    with progress(quiet) as show_step:
+        wanted = read_with_plugins(spec, plugin)
+        (measured,) = read_files([scan], columns, wanted, show_step)
+        show_step("computing the nominal tooth")
+        record = design_disc(wanted)
+        show_step(f"evaluating {measured.name}")
+        result = write_inspection(record, measured, folder, protection)
+    keep_columns([scan], columns, quiet)
+    if not printed_as_json(inspection_to_json(wanted.name, result), json, protection):
+        print_tables([inspection_table(wanted.name, result)])
+        for note in measured.notes:
+            print_text(f"note: {measured.name}: {note}")
+        print(f"\nwritten: {folder}")
+    return 0 if result.passed else 1

@@ -1,0 +1,160 @@
+"""Tables in terminals of several widths and in pipes, and output in encodings that lack the signs of units."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from rich.cells import cell_len
+
+from cycloid_profile.articles import PlainTable
+from cycloid_profile.catalog import catalog_names
+from cycloid_profile.cli.output._tables import fold, table_lines
+from cycloid_profile.spec.model import EFFECT_NAMES
+from tests.cli.terminals import ROOT, in_terminal
+
+RV40E = "examples/rv40e.toml"
+WIDTHS = (60, 80, 100, 120)
+COMMAND = ("-m", "cycloid_profile")
+DIAGNOSIS = {
+    "verdict": "effects_found",
+    "effects": [
+        {
+            "name": "pin_ring_cumulative_pitch",
+            "parameters": {"amplitude_um": 1.02, "phase_deg": 41.0},
+            "uncertainty": {"amplitude_um": 0.01, "phase_deg": 0.6},
+            "group": ["pin_ring_cumulative_pitch", "generating_eccentricity_error", "equidistant_error"],
+            "elsewhere": False,
+            "separate_by": "a lost_motion_map over one turn of the output",
+        }
+    ],
+    "where": [
+        {"file": "scan.csv", "coordinate": "lobe", "from": 10, "to": 11, "rms_um": 2.1, "p_value": 1e-9},
+    ],
+    "remainder": None,
+    "nearest": [],
+    "not_seen": [],
+    "gap": [
+        {"file": "scan_of_the_first_specimen.csv", "unit": "um", "noise": 0.3, "fit_before": 0.77, "fit_after": 0.3,
+         "held_out_before": 0.77, "held_out_after": 0.3}
+    ],
+}  # fmt: skip
+SHOW_DIAGNOSIS = (
+    "import json, sys\n"
+    "from cycloid_profile.cli.output._terminal import print_tables\n"
+    "from cycloid_profile.report.diagnosis import diagnosis_tables\n"
+    "print_tables(diagnosis_tables(json.loads(sys.argv[1])))\n"
+)
+
+
+def piped(*words: str, encoding: str = "utf-8") -> subprocess.CompletedProcess[str]:
+    """Python with these words, its output piped in ``encoding``."""
+    environment = {**os.environ, "PYTHONIOENCODING": encoding, "PYTHONPATH": str(ROOT)}
+    return subprocess.run(
+        [sys.executable, *words], cwd=ROOT, env=environment, capture_output=True, encoding=encoding, check=False
+    )
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_catalogue_names_its_drives_at_every_width(width: int) -> None:
+    status, shown = in_terminal([*COMMAND, "catalog"], width)
+    assert status == 0
+    starts = [line.split()[0] for line in shown.splitlines() if line.strip()]
+    assert set(catalog_names()) <= set(starts)
+    assert max(map(cell_len, shown.splitlines())) <= width
+    assert "pin circle radius [mm]" in " ".join(shown.split()).replace("[mm] radius", "radius [mm]") or width < 120
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_a_diagnosis_names_its_effects_at_every_width(width: int) -> None:
+    status, shown = in_terminal(["-c", SHOW_DIAGNOSIS, json.dumps(DIAGNOSIS)], width)
+    assert status == 0
+    for name in ("pin_ring_cumulative_pitch", "generating_eccentricity_error", "scan_of_the_first_specimen.csv"):
+        assert name in shown
+    assert max(map(cell_len, shown.splitlines())) <= width
+    assert not {"′", "[′]", "[mm]", "[µm]"} & {line.strip() for line in shown.splitlines()}
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_files_keep_their_paths_at_every_width(width: int, tmp_path: Path) -> None:
+    out = tmp_path / ("a folder with a long name " * 3).strip().replace(" ", "_")
+    status, shown = in_terminal([*COMMAND, "export", RV40E, "--list", "--out", str(out)], width)
+    assert status == 0
+    assert f"{out}/disc.step" in shown
+
+
+def test_a_pipe_gets_every_row_on_one_line() -> None:
+    ended = piped(*COMMAND, "catalog")
+    head, *rows = ended.stdout.splitlines()[1:]
+    assert [row.split()[0] for row in rows] == list(catalog_names())
+    assert "pin circle radius [mm]" in head
+    ended = piped("-c", SHOW_DIAGNOSIS, json.dumps(DIAGNOSIS))
+    assert "pin_ring_cumulative_pitch   amplitude_um" in ended.stdout
+    assert "a lost_motion_map over one turn of the output\n" in ended.stdout
+
+
+words = st.text(st.characters(codec="utf-8", categories=["L", "Nd"]), min_size=1, max_size=12)
+texts = st.lists(words, min_size=1, max_size=6).map(" ".join)
+
+
+@given(
+    names=st.lists(st.sampled_from(sorted(EFFECT_NAMES)), min_size=1, max_size=4),
+    columns=st.lists(st.tuples(texts, texts), max_size=6), width=st.integers(50, 130),
+)  # fmt: skip
+def test_no_word_is_lost_and_no_line_is_too_long(names: list[str], columns: list[tuple[str, str]], width: int) -> None:
+    head = ("effect", *(head for head, _ in columns))
+    rows = tuple((name, *(cell for _, cell in columns)) for name in names)
+    lines = table_lines(PlainTable("", head, rows), width)
+    assert max(map(cell_len, lines)) <= width
+    shown = " ".join(lines).split()
+    for name in names:
+        assert name in shown
+    for each_head, cell in columns:
+        assert set(each_head.split()) | set(cell.split()) <= set(shown)
+
+
+@pytest.mark.parametrize(
+    ("text", "width", "lines"),
+    [
+        ("torsional rigidity [N·m/′]", 20, ("torsional", "rigidity [N·m/′]")),
+        ("twist of 12.5 ′ at most", 12, ("twist of", "12.5 ′ at", "most")),
+        ("amplitude_um = 1.02 ± 0.01, disc = 1", 30, ("amplitude_um = 1.02 ± 0.01,", "disc = 1")),
+        ("减速器 减速器 减速器", 14, ("减速器 减速器", "减速器")),
+    ],
+)
+def test_a_number_keeps_its_unit(text: str, width: int, lines: tuple[str, ...]) -> None:
+    assert fold(text, width) == lines
+
+
+@pytest.mark.parametrize("encoding", ["cp1252", "ascii", "gbk"])
+def test_signs_that_the_encoding_lacks_become_words(encoding: str) -> None:
+    ended = piped("-c", SHOW_DIAGNOSIS, json.dumps(DIAGNOSIS), encoding=encoding)
+    assert (ended.returncode, ended.stderr) == (0, "")
+    assert ("± 0.01" in ended.stdout) == (encoding != "ascii")
+    script = "from cycloid_profile.cli.main import run; run(['catalog']); print('46.8′, [N·m/′], 3 µm², ψ ≤ 2″, é')"
+    ended = piped("-c", script, encoding=encoding)
+    assert (ended.returncode, ended.stderr) == (0, "")
+    last = ended.stdout.splitlines()[-1]
+    assert (
+        last
+        == {
+            "cp1252": "46.8 arcmin, [N·m/arcmin], 3 µm², psi <= 2 arcsec, é",
+            "ascii": "46.8 arcmin, [N.m/arcmin], 3 um^2, psi <= 2 arcsec, e",
+            "gbk": "46.8′, [N·m/′], 3 um^2, ψ ≤ 2″, é",
+        }[encoding]
+    )
+
+
+@pytest.mark.parametrize("encoding", ["cp1252", "ascii"])
+def test_help_and_specs_are_printed_in_every_encoding(encoding: str) -> None:
+    for words in (["--help"], ["tolerance", "--help"], ["catalog", "rv40e"], ["catalog", "rv40e", "--json"]):
+        ended = piped(*COMMAND, *words, encoding=encoding)
+        assert (ended.returncode, ended.stderr) == (0, ""), words
+        # A spec file is UTF-8, whatever the terminal: nothing but ASCII may be redirected into one.
+        assert ended.stdout.isascii() or words[0] != "catalog"
