@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -54,3 +55,11 @@ def rated_torque() -> float:
 def rv40e_record() -> DesignRecord:
     """The whole design of examples/rv40e.toml."""
     return design_disc(read_spec(Path(__file__).parents[1] / "examples" / "rv40e.toml"))
+
+
+@pytest.fixture(scope="session", autouse=True)
+def own_record_of_files(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """The record of files made, which decides what may be replaced, is empty and out of the user's way."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_STATE_HOME", str(tmp_path_factory.mktemp("state")))
+        yield

@@ -20,7 +20,15 @@ from cycloid_profile.units import ARCMIN, ARCSEC, NEWTON_METRE, UM
 from tests.plugins import forget
 from tests.script_modules import ROOT, example
 
-EXAMPLES = ("quickstart", "article_rv40e", "compare_modifications", "own_contact_law", "elastic_disc", "crank_bearing")
+EXAMPLES = (
+    "quickstart",
+    "model_in_build123d",
+    "article_rv40e",
+    "compare_modifications",
+    "own_contact_law",
+    "elastic_disc",
+    "crank_bearing",
+)
 K1 = 0.8125
 S = math.sqrt(1.0 - K1**2)
 LONGEST_LEVER = 1.3 * 39

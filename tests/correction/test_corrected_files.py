@@ -17,8 +17,7 @@ from cycloid_profile.correction._profile import correction_profile
 from cycloid_profile.design import DesignRecord
 from cycloid_profile.export import exporter_for, write_formats
 from cycloid_profile.export.curves import SpecifiedProfile, distances
-from cycloid_profile.export.nc import GcodeExporter
-from cycloid_profile.export.nc.contour import read_gcode
+from cycloid_profile.export.nc import GcodeExporter, read_gcode
 from cycloid_profile.export.points import CmmExporter, ProfileCsvExporter, read_table
 from cycloid_profile.modification import NormalDeviation
 from cycloid_profile.spec import read_spec
@@ -93,7 +92,7 @@ def test_step_contains_every_lobe(rv40e_record: DesignRecord, tmp_path: Path) ->
     )))  # fmt: skip
     record_of_disc = replace(rv40e_record, profile=program)
     assert not program.identical_lobes
-    (step,), skipped = write_formats(record_of_disc, ("step",), tmp_path)
+    (step, _), skipped = write_formats(record_of_disc, ("step",), tmp_path)
     assert not skipped
     assert step.entities["tooth_edges"] == 2 * LOBES
     assert step.deviation is not None

@@ -1,0 +1,210 @@
+"""The corpus: hostile command lines as data, each with the status and the sentence that must come out.
+
+A case is a command with its words, the files it finds, the expected status and a pattern of the sentence. Unless
+``leaves`` names more, the folder holds afterwards what it held before, byte for byte. ``{…}`` in a word is a file of
+``FILES``. A crash that is found becomes a case here.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+SPEC = (Path(__file__).parents[2] / "examples" / "rv40e.toml").read_text(encoding="utf-8")
+TOLERANCES = '\n[tolerance]\nsamples = 100\nloaded_samples = 0\n[[tolerance.effects]]\nname = "pin_radius_error"\n'
+HEAD = "# format: cycloid-profile measurement 1\n"
+SCAN = HEAD + "# kind: profile_scan\n# datum: bore\nx_mm,y_mm\n" + "62.0,0.0\n0.0,62.0\n" * 8
+PRECIOUS = "x_mm,y_mm\n1.0,2.0\n"
+
+
+@dataclass(frozen=True)
+class Case:
+    """One command line; ``files`` are written first, and ``spec`` is the content of ``spec.toml``."""
+
+    name: str
+    words: tuple[str, ...]
+    says: str
+    status: int = 2
+    spec: str = SPEC
+    files: dict[str, str] = field(default_factory=dict)
+    leaves: tuple[str, ...] = ()
+
+
+def changed(old: str, new: str) -> str:
+    """The spec with one text replaced."""
+    assert old in SPEC, old
+    return SPEC.replace(old, new)
+
+
+# Key, text of its line, and whether zero and negative numbers are refused, too.
+NUMBERS = (
+    ("pins", "pins = 40", True),
+    ("pin_circle_radius_mm", "pin_circle_radius_mm = 64.0", True),
+    ("pin_radius_mm", "pin_radius_mm = 3.0", True),
+    ("eccentricity_mm", "eccentricity_mm = 1.3", True),
+    ("disc_width_mm", "disc_width_mm = 11.5", True),
+    ("discs", "discs = 2", True),
+    ("count", "count = 3", True),
+    ("circle_radius_mm", "\ncircle_radius_mm = 36.0", True),
+    ("bearing_stiffness_n_per_mm", "bearing_stiffness_n_per_mm = 4.0e5", True),
+    ("sun_teeth", "sun_teeth = 12", True),
+    ("planet_teeth", "planet_teeth = 36", True),
+    ("module_mm", "module_mm = 1.5", True),
+    ("rated_torque_nm", "rated_torque_nm = 412.0", True),
+    ("disc_share", "disc_share = 0.55", True),
+    ("equidistant_um", "equidistant_um = 6.0", False),
+    ("radial_moving_um", "radial_moving_um = 0.0", False),
+    ("bore_radius_mm", "bore_radius_mm = 16.0", False),
+    ("crank_hole_radius_mm", "crank_hole_radius_mm = 13.0", False),
+    ("chord_tolerance_um", "chord_tolerance_um = 0.05", True),
+)
+WRONG = {"nan": "nan", "inf": "inf", "-inf": "-inf", "text": '"6,0"', "date": "1979-05-27", "table": "{ a = 1 }",
+         "list": "[1, 2]", "true": "true", "digits": "9" * 5000}  # fmt: skip
+OUTSIDE = {"zero": "0", "negative": "-1"}
+
+
+def spec_numbers() -> Iterator[Case]:
+    """Every number of the spec as something that is none, or outside its limits."""
+    for key, line, bounded in NUMBERS:
+        for kind, value in (WRONG | OUTSIDE if bounded else WRONG).items():
+            says = "4300 digits" if kind == "digits" else key
+            text = changed(line, f"{line.rsplit('=', 1)[0]}= {value}")
+            yield Case(f"{key} {kind}", ("export", "spec.toml", "--list"), says, spec=text)
+
+
+def spec_texts() -> Iterator[Case]:
+    """Spec files that are no specs."""
+    deep = "x = " + "[" * 5000 + "]" * 5000
+    texts = {
+        "empty": ("", "name|drive"),
+        "deep nesting": (f'name = "x"\n{deep}\n', "too deeply"),
+        "deep tables": (f'name = "x"\n[{".".join("a" * 3000)}]\n', "too deeply"),
+        "unclosed": ('name = "x', "not valid TOML"),
+        "twice": (SPEC + "[drive]\npins = 3\n", "not valid TOML"),
+        "binary": ("\x00\x01\x02", "not valid TOML"),
+        "json": ('{"name": "x"}', "not valid TOML"),
+        "unknown key": (changed("pins = 40", "pinz = 40"), r"did you mean drive\.pins"),
+        "unknown table": (SPEC + "\n[lode]\nx = 1\n", "did you mean load"),
+        "unknown format": (changed('"cmm"]', '"cnn"]'), "export.formats"),
+        "unknown effect": (SPEC + '\n[[effects]]\nname = "disc_runont"\n', "disc_runout"),
+        "long name": (changed('name = "RV-40E"', f'name = "{"x" * 500}"'), "name"),
+        "name of two lines": (changed('name = "RV-40E"', 'name = "a\\nb"'), "name"),
+        "escape in name": (changed('name = "RV-40E"', 'name = "\\u001b[31m"'), "name"),
+        "curtate no more": (changed("eccentricity_mm = 1.3", "eccentricity_mm = 1.7"), "short-width ratio"),
+        "pins overlap": (changed("pin_radius_mm = 3.0", "pin_radius_mm = 30.0"), "pin"),
+        "a million pins": (changed("pins = 40", "pins = 1000000"), "pins"),
+        "huge circle": (changed("pin_circle_radius_mm = 64.0", "pin_circle_radius_mm = 1e300"), "pin_circle_radius"),
+        "tiny circle": (changed("pin_circle_radius_mm = 64.0", "pin_circle_radius_mm = 1e-300"), "pin_circle_radius"),
+    }
+    for name, (text, says) in texts.items():
+        yield Case(f"spec: {name}", ("export", "spec.toml", "--format", "csv", "--out", "out"), says, spec=text)
+
+
+def places() -> Iterator[Case]:
+    """Spec files that are no files."""
+    for command in ("build", "accuracy", "export", "tolerance", "diagnose", "compare", "correct", "simulate"):
+        more = {"simulate": ("--kind", "hysteresis"), "diagnose": ("d.csv",), "compare": ("d.csv",),
+                "correct": ("d.csv",)}.get(command, ())  # fmt: skip
+        for name, place, says in (
+            ("missing", "nowhere.toml", "does not exist"),
+            ("folder", ".", "cannot be read"),
+            ("device", "/dev/zero", "no plain file"),
+            ("pipe", "pipe", "no plain file"),
+        ):
+            yield Case(f"{command} {name} as spec", (command, place, *more), says, files={"d.csv": SCAN})
+        yield Case(f"{command} unknown option", (command, "spec.toml", *more, "--nonsense"), "Unknown option")
+        yield Case(f"{command} without spec", (command, *more[:2]) if command == "simulate" else (command,), "requires")
+
+
+def options() -> Iterator[Case]:
+    """Options with values that are none."""
+    simulate = ("simulate", "spec.toml", "--kind")
+    for kind in ("profile_scan", "hysteresis", "transmission_error", "lost_motion_map"):
+        for option, values, says in (
+            ("--torque-nm", ("nan", "inf", "-inf"), "torque"),
+            ("--output-angle-deg", ("nan", "inf"), "output angle"),
+            ("--points", ("0", "-1", "3", "1000000000000", "100000000"), "points"),
+            ("--points", ("1e12", "many"), "points"),
+            ("--noise", ("nan", "-1", "inf"), "noise"),
+            ("--seed", ("-1", "x"), "seed"),
+        ):
+            for value in values:
+                yield Case(f"{kind} {option} {value}", (*simulate, kind, f"{option}={value}"), says)
+    yield Case("kind", (*simulate, "profile"), "profile_scan")
+    yield Case("disc 0", (*simulate, "profile_scan", "--disc=0"), "disc = 0")
+    yield Case("disc 3", (*simulate, "profile_scan", "--disc=3"), "disc = 3")
+    yield Case("picture", (*simulate, "profile_scan", "--out", "x.png"), "name of the picture")
+    plain = ("tolerance", "spec.toml")
+    spec = SPEC + TOLERANCES + "amount_um = { plus_minus = 1.0 }\n"
+    for words, says in (
+        (("--threads=-1",), "threads = -1"),
+        (("--threads=0",), "threads = 0"),
+        (("--threads=99999999",), "threads = 99999999"),
+        (("--loaded-samples=1",), "loaded_samples = 1"),
+        (("--loaded-samples=-1",), "loaded_samples = -1"),
+        (("--samples=1",), "samples = 1"),
+        (("--samples=-5",), "samples = -5"),
+        (("--samples=" + "9" * 30,), "samples"),
+        (("--seed=-1",), "seed"),
+        (("--sequence=halton",), "sobol"),
+        (("--allocate",), "give at least one limit"),
+    ):
+        yield Case(f"tolerance {words[0][:30]}", (*plain, *words), says, spec=spec)
+
+
+def overwriting() -> Iterator[Case]:
+    """Outputs that would replace an input, or a file of others: refused, and every byte stays."""
+    mine = {"mine.csv": PRECIOUS, "mine.png": "a photo", "mine.toml": "mine = 1\n", "mine.json": "{}"}
+    input_ = "is an input of this command"
+    foreign = "was not made by this program"
+    yield Case("simulate over its spec", ("simulate", "spec.toml", "--kind=profile_scan", "--out=spec.toml"), input_)
+    yield Case(
+        "simulate over its spec by another way",
+        ("simulate", "spec.toml", "--kind=profile_scan", "--out=../{here}/spec.toml"), input_,
+    )  # fmt: skip
+    for name in ("mine.csv", "mine.toml", "mine.json"):
+        words = ("simulate", "spec.toml", "--kind=profile_scan", f"--out={name}")
+        yield Case(f"simulate over {name}", words, foreign, files=mine)
+    words = ("simulate", "spec.toml", "--kind=profile_scan", "--out=photo.csv")
+    yield Case("simulate over a photo", words, foreign, files={"photo.png": "a photo"})
+    for name, says in (("d.csv", input_), ("spec.toml", input_), ("held.csv", input_), ("mine.json", foreign),
+                       (".", "a folder has that name")):  # fmt: skip
+        words = ("diagnose", "spec.toml", "d.csv", "--held-out=held.csv", f"--json={name}")
+        yield Case(f"diagnose --json={name}", words, says, files={"d.csv": SCAN, "held.csv": SCAN, **mine})
+    for name in ("mine.toml", "mine.csv", "spec.toml"):
+        yield Case(f"catalog over {name}", ("catalog", "rv40e", f"--out={name}"), foreign, files=mine)
+    words = ("catalog", "rv40e", "--out=new.toml")
+    yield Case("catalog over a schema", words, foreign, files={"cycloid-profile.schema.json": "{}"})
+    for name in ("profile.csv", "manifest.json"):
+        words = ("export", "spec.toml", "--format=csv", "--out=out")
+        yield Case(f"export over {name}", words, foreign, files={f"out/{name}": PRECIOUS})
+    words = ("export", "spec.toml", "--format=csv", "--out=mine.csv")
+    yield Case("export into a file", words, "it is a file", files=mine)
+    yield Case("export below a file", (*words[:-1], "--out=mine.csv/deeper"), "cannot be written", files=mine)
+    for path in ("../{here}-victim.txt", "/nowhere/victim.txt", "out/../../victim.txt", "..", ""):
+        entry = f'{{"path": "{path}", "format": "x", "bytes": 1, "sha256": "{"0" * 64}", "spec_sha256": "0"}}'
+        text = f'{{"schema": 1, "name": "x", "files": [{entry}], "skipped": []}}'
+        words = ("export", "spec.toml", "--format=csv", "--out=out")
+        yield Case(f"manifest naming '{path}'", words, foreign, files={"out/manifest.json": text})
+
+
+def catalogue() -> Iterator[Case]:
+    """Words of the catalogue."""
+    for name in ("rv4oe", "", "../rv40e", "/etc/passwd", "rv40e.toml", "RV 40E" * 100):
+        yield Case(f"catalog '{name[:20]}'", ("catalog", name), "'")
+    yield Case("catalog --out alone", ("catalog", "--out=x.toml"), "needs a drive")
+    yield Case("no such command", ("bild", "spec.toml"), "build")
+
+
+CASES = tuple(
+    case
+    for table in (spec_numbers, spec_texts, places, options, overwriting, catalogue)
+    for case in table()
+)  # fmt: skip
+
+
+def identifier(case: Case) -> str:
+    """Name of a case for a report of tests."""
+    return re.sub(r"[^\w.=-]+", "-", case.name)
