@@ -22,4 +22,5 @@ OPEN = 12.0  # of the evidence on all rows: sets this much worse than the best a
 # Of the evidence: the same for large effects, whose linear equations err; on all rows they start near the optimum.
 LINEAR_ERROR, LINEAR_ERROR_ON_ALL_ROWS = 0.02, 0.002
 MOST_EFFECTS = 5  # of a set: with two expected, one reducer in sixty has more; what needs more is no explanation
+DETERMINED = 2.0  # standard deviations from zero: a member below adds no name, only the error of its form
 FINITE = 12  # single effects fitted from a finite size

@@ -10,10 +10,10 @@ from itertools import combinations
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray
+from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.model.candidate import Candidate
 
 FARTHEST = 4.0  # widths: beyond this a size is implausible and the equilibrium may not exist
-_DETERMINED = 2.0  # standard deviations
 _STEPS = 8  # most fits end earlier, by the gain of their last step
 
 
@@ -76,13 +76,23 @@ class Optimum:
                 yield tuple(self.members[i] for i in some), replace(self, u=u)
 
     @property
-    def undetermined(self) -> bool:
-        """Whether a size is within two standard deviations of zero: such a member only lends the error of its form."""
+    def determined(self) -> tuple[Candidate, ...]:
+        """Members whose size is clearly not zero: another member only lends the error of its form."""
+        return tuple(self.members[i] for i in self._determined)
+
+    @property
+    def determined_part(self) -> FloatArray:
+        """Coordinates of ``determined``, shape (2·determined,)."""
+        return np.concatenate([np.zeros(0), *(self.u[self._own(i)] for i in self._determined)])
+
+    @property
+    def _determined(self) -> list[int]:
+        found = []
         for i in range(len(self.members)):
             u, covariance = self.u[self._own(i)], self.covariance[self._own(i), self._own(i)]
-            if float(u @ u) ** 2 < _DETERMINED**2 * float(u @ covariance @ u):
-                return True
-        return False
+            if float(u @ u) ** 2 >= tuned.DETERMINED**2 * float(u @ covariance @ u):
+                found.append(i)
+        return found
 
     @property
     def implausible(self) -> bool:

@@ -5,6 +5,7 @@ Curves are searched on a subsample of rows first, then on all rows from the lead
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
@@ -208,8 +209,13 @@ class _Stage:
             self.fit(self._neighbours(fresh[0]))
 
     def fit(self, proposals: Iterable[Proposal]) -> None:
-        """Fit proposals that were not tried, and keep the plausible ones."""
-        for one in proposals:
+        """Fit proposals that were not tried, and keep the plausible ones.
+
+        Of a set with members that are not determined, the other members are fitted in turn.
+        """
+        waiting = deque(proposals)
+        while waiting:
+            one = waiting.popleft()
             key = frozenset(one.members), one.offsets
             start = np.sign(np.round(one.start, 1)).tobytes()
             if (key, start) in self._tried or len(key[0]) < len(one.members) or one.promised < self._least:
@@ -223,9 +229,14 @@ class _Stage:
             self._tried.add((key, start))
             attempt = Attempt(one.members, one.start, beat=self.best.optimum.misfit)
             optimum = self.model(one.offsets).optimum(attempt, self.library.prior(one.members))
-            known = self._fits.get(key)
-            if optimum is None or optimum.implausible or optimum.undetermined:
+            if optimum is None or optimum.implausible:
                 continue
+            rest = optimum.determined
+            if len(rest) < len(one.members):
+                if rest and (frozenset(rest), one.offsets) not in self._fits:
+                    waiting.append(Proposal(rest, optimum.determined_part, one.offsets))
+                continue
+            known = self._fits.get(key)
             if known is None or optimum.log_evidence > known.optimum.log_evidence:
                 self._fits[key] = Fit(optimum, one.offsets)
 
