@@ -1,5 +1,10 @@
 """Virtual test rig: the readings of a measuring machine or test bench, and their difference to measured files."""
 
+from cycloid_profile.rig.compared_figures import ComparedFigure as ComparedFigure
+from cycloid_profile.rig.compared_figures import ComparedFigures as ComparedFigures
+from cycloid_profile.rig.compared_figures import FigureName as FigureName
+from cycloid_profile.rig.compared_figures import compared_figures as compared_figures
+from cycloid_profile.rig.compared_figures import evenly_over_turn as evenly_over_turn
 from cycloid_profile.rig.curves_over_turn import AngleMap as AngleMap
 from cycloid_profile.rig.curves_over_turn import TorqueSweep as TorqueSweep
 from cycloid_profile.rig.curves_over_turn import TransmissionError as TransmissionError
@@ -16,6 +21,9 @@ from cycloid_profile.rig.hysteresis import LoopFigures as LoopFigures
 from cycloid_profile.rig.hysteresis import evaluate_loop as evaluate_loop
 from cycloid_profile.rig.hysteresis import hysteresis_loop as hysteresis_loop
 from cycloid_profile.rig.linearised_curves import LinearisedCurve as LinearisedCurve
+from cycloid_profile.rig.orders import folded_order as folded_order
+from cycloid_profile.rig.orders import order_label as order_label
+from cycloid_profile.rig.orders import single_orders as single_orders
 from cycloid_profile.rig.prediction import LEAST_COMPARED_SHARE as LEAST_COMPARED_SHARE
 from cycloid_profile.rig.prediction import CurvePrediction as CurvePrediction
 from cycloid_profile.rig.prediction import preceding_sign as preceding_sign
