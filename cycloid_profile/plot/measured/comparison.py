@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _MEASURED: dict[str, Any] = {"color": BLUE, "linewidth": 1.4}
-_PREDICTED: dict[str, Any] = {"color": ORANGE, "linewidth": 1.2, "linestyle": "--"}
+_PREDICTED: dict[str, Any] = {"color": ORANGE, "linewidth": 1.0}
 _NEAR = 2.5  # times 3 % of the rated torque: height of the picture about zero torque
 
 
@@ -125,8 +125,9 @@ def _figures(torque: FloatArray, angle: FloatArray, rated: float) -> LoopFigures
 
 def _curve_over_turn(ax: Axes, result: MeasurementResidual, quantity: str) -> None:
     ax.plot(result.position, result.measurement.value, **{**_MEASURED, "linewidth": 0.8})
-    ax.plot(result.position, _predicted(result), **{**_PREDICTED, "linestyle": "-", "linewidth": 0.8})
+    ax.plot(result.position, _predicted(result), **{**_PREDICTED, "linewidth": 0.8})
     ax.set(ylabel=f"{quantity} [{SIGNS[result.unit]}]", xlabel=result.axis)
+    ax.margins(x=0.01)
     turn_ticks(ax)
 
 

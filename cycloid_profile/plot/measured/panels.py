@@ -83,7 +83,7 @@ def draw_orders(
     name: Callable[[int], str],
     unit: str,
 ) -> None:
-    """Amplitudes of the orders, from 0 on, as stems on logarithmic axes; the largest of the first get a ``name``.
+    """Amplitudes of the orders, from 0 on, as stems on logarithmic axes; the largest get a ``name``.
 
     ``floor``, the mean amplitude of noise alone, is dashed. Stems of later spectra are narrower and drawn on top.
     """
@@ -99,12 +99,12 @@ def draw_orders(
         ax.plot(orders[seen], amplitude[1:][seen], "o", color=colour, markersize=1.5 * width, rasterized=True)
     if floor > bottom:
         ax.axhline(floor, color=BLACK, linewidth=1.0, linestyle="--")
-    ax.set(xscale="log", yscale="log", xlabel="order per turn of the output", ylabel=f"amplitude [{unit}]")
+    ax.set(xscale="log", yscale="log", xlabel="order per turn of the output [–]", ylabel=f"amplitude [{unit}]")
     ax.set_xlim(_BEFORE_FIRST, last * 1.1)
     # Room above for the names of the orders.
     ax.set_ylim(bottom, highest * max((highest / bottom) ** 0.9, 30.0))
     ax.xaxis.set_major_formatter("{x:.0f}")
-    _name_orders(ax, amplitudes[0], max(4.0 * floor, 0.02 * highest), name)
+    _name_orders(ax, np.maximum.reduce(amplitudes), max(4.0 * floor, 0.02 * highest), name)
 
 
 def _name_orders(ax: Axes, amplitude: FloatArray, least: float, name: Callable[[int], str]) -> None:
@@ -112,7 +112,7 @@ def _name_orders(ax: Axes, amplitude: FloatArray, least: float, name: Callable[[
     largest = (np.argsort(amplitude[1:])[::-1] + 1)[:_LABELLED_ORDERS]
     named = sorted(int(order) for order in largest if amplitude[order] > max(least, _NO_ORDER))
     first, last = math.log(_BEFORE_FIRST), math.log(1.1 * (amplitude.size - 1))
-    room = 0.028 * (last - first)
+    room = 0.014 * (last - first)
     # Move overlapping names to the right, and back where they would leave the panel.
     x = np.log(np.asarray(named, dtype=np.float64))
     for i in range(x.size):
