@@ -1,10 +1,5 @@
 """Virtual test rig: the readings of a measuring machine or test bench, and their difference to measured files."""
 
-from cycloid_profile.rig.compared_figures import ComparedFigure as ComparedFigure
-from cycloid_profile.rig.compared_figures import ComparedFigures as ComparedFigures
-from cycloid_profile.rig.compared_figures import FigureName as FigureName
-from cycloid_profile.rig.compared_figures import compared_figures as compared_figures
-from cycloid_profile.rig.compared_figures import evenly_over_turn as evenly_over_turn
 from cycloid_profile.rig.curves_over_turn import AngleMap as AngleMap
 from cycloid_profile.rig.curves_over_turn import TorqueSweep as TorqueSweep
 from cycloid_profile.rig.curves_over_turn import TransmissionError as TransmissionError
@@ -15,6 +10,11 @@ from cycloid_profile.rig.curves_over_turn import rigidity_map as rigidity_map
 from cycloid_profile.rig.curves_over_turn import spectrum as spectrum
 from cycloid_profile.rig.curves_over_turn import torque_sweep as torque_sweep
 from cycloid_profile.rig.curves_over_turn import transmission_error as transmission_error
+from cycloid_profile.rig.file_figures import ComparedFigure as ComparedFigure
+from cycloid_profile.rig.file_figures import ComparedFigures as ComparedFigures
+from cycloid_profile.rig.file_figures import FigureName as FigureName
+from cycloid_profile.rig.file_figures import compared_figures as compared_figures
+from cycloid_profile.rig.file_figures import evenly_over_turn as evenly_over_turn
 from cycloid_profile.rig.hysteresis import LOST_MOTION_SHARE as LOST_MOTION_SHARE
 from cycloid_profile.rig.hysteresis import Loop as Loop
 from cycloid_profile.rig.hysteresis import LoopFigures as LoopFigures

@@ -1,6 +1,6 @@
 """Figures of measured files and of their difference to the prediction."""
 
-from cycloid_profile.plot.measured.comparison import comparison as comparison
+from cycloid_profile.plot.measured.compared_views import comparison as comparison
 from cycloid_profile.plot.measured.inspection import inspection_chart as inspection_chart
 from cycloid_profile.plot.measured.measured import angle_map as angle_map
 from cycloid_profile.plot.measured.measured import hysteresis_loop as hysteresis_loop
