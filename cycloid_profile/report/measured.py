@@ -117,7 +117,7 @@ def figure_tables(compared: Sequence[ComparedFile]) -> list[PlainTable]:
     for file in compared:
         rows = tuple(_figure_row(figure) for figure in file.compared.figures)
         kind = file.residual.measurement.kind.title
-        note = ". ".join(file.compared.notes)
+        note = "; ".join(file.compared.notes)
         tables.append(PlainTable(f"{file.residual.measurement.name}: {kind}", head, rows, note))
     return tables
 
