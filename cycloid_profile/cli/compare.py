@@ -36,7 +36,7 @@ def compare(
     plugin: Plugins = (),
     quiet: Quiet = False,
 ) -> int:
-    """Compare measured files with the prediction of the spec and its [[effects]], and draw the differences.
+    """Compare figures and curves of measured files with the prediction of the spec and its [[effects]].
 
     Example: cycloid-profile compare examples/rv40e.toml scan.csv loop.csv --out exports/rv40e
 
@@ -48,7 +48,7 @@ def compare(
         Measured files (CSV), also of other programs.
     """
     from cycloid_profile.design import as_built_reducer
-    from cycloid_profile.report import comparison_table, comparison_to_json, write_comparison
+    from cycloid_profile.report import comparison_table, comparison_to_json, figure_tables, write_comparison
 
     require_files(data, "measured files")
     protection = protection_of(force, spec, *data, *plugin, json=json)
@@ -58,10 +58,10 @@ def compare(
         measured = read_files(data, columns, wanted, show_step)
         show_step("building the reducer")
         reducer = as_built_reducer(wanted)
-        compared = write_comparison(reducer, wanted.name, measured, folder, disc - 1, show_step, protection)
+        compared = write_comparison(reducer, wanted, measured, folder, disc - 1, show_step, protection)
     keep_columns(data, columns, quiet)
     if not printed_as_json(comparison_to_json(wanted.name, compared), json, protection):
-        print_tables([comparison_table(wanted.name, compared)])
+        print_tables([comparison_table(wanted.name, compared), *figure_tables(compared)])
         for measurement in (one.residual.measurement for one in compared):
             for note in measurement.notes:
                 print_text(f"note: {measurement.name}: {note}")

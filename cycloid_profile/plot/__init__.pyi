@@ -21,6 +21,7 @@ from .diagnosis import measurement_plan as measurement_plan
 from .figures import figure_of as figure_of
 from .gallery import pictures as pictures
 from .measured import angle_map as angle_map
+from .measured import comparison as comparison
 from .measured import hysteresis_loop as hysteresis_loop
 from .measured import inspection_chart as inspection_chart
 from .measured import measurement as measurement

@@ -14,6 +14,7 @@ from .inspection import write_inspection as write_inspection
 from .measured import ComparedFile as ComparedFile
 from .measured import comparison_table as comparison_table
 from .measured import comparison_to_json as comparison_to_json
+from .measured import figure_tables as figure_tables
 from .measured import key_figure_table as key_figure_table
 from .measured import write_comparison as write_comparison
 from .measured import write_measurement as write_measurement

@@ -7,8 +7,8 @@ friction band, the torque on the stage stays constant.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -23,6 +23,10 @@ from cycloid_profile.units import ARCMIN, DEGREE, NEWTON_METRE
 POINTS = 400  # rows of a loop; its figures are interpolated between them
 # Lost motion is read between ± this share of the rated torque, or of the peak of a loop.
 LOST_MOTION_SHARE = 0.03
+# The rigidity is the slope of a loading branch between these shares of the same torque.
+RIGIDITY_SHARES = ((LOST_MOTION_SHARE, 0.5), (0.5, 1.0))
+_SHORT_OF_END = 0.05  # share of that torque by which a loop may end too early
+_CLOSED_SHARE = 0.1  # of the largest torque: a loop that ends this close to its start is closed
 # Share of the rated torque below which the stage is unloaded inside the backlash: it rests on the flank touched last.
 UNLOADED_SHARE = 1e-4
 
@@ -66,12 +70,16 @@ class Loop(Described):
 
 @dataclass(frozen=True, slots=True)
 class LoopFigures:
-    """Four numbers of a loop and the points they were read at; angles [rad], torques [N·mm].
+    """Figures of a loop and the points they were read at; angles [rad], torques [N·mm]; NaN beyond the loop.
 
-    ``lost_motion``, centreline angle between ±3 % of the peak torque; ``hysteresis_loss``, width of the loop at zero
+    ``lost_motion``, centreline angle between ±3 % of the rated torque; ``hysteresis_loss``, width of the loop at zero
     torque; ``torsional_rigidity`` b/a, slope of the loading branches between half and full torque, mean of both
-    directions [N·mm/rad]; ``loss_energy``, area of the loop [N·mm]. ``centreline`` and ``zero`` hold the angles at ±3 %
-    and of the two branches at zero, for drawing.
+    directions [N·mm/rad]; ``loss_energy``, area of the loop [N·mm]. ``rigidity`` of the loading branches, shape (2, 2):
+    a row for each of ``RIGIDITY_SHARES``, columns of the forward and the backward torque [N·mm/rad]. ``centreline`` and
+    ``zero`` hold the angles at ±3 % and of the two branches at zero, for drawing; ``light``, the torque of 3 %.
+    ``crossed``: at 3 % friction still holds the branches on opposite flanks. ``coarse``: both branches pass the play
+    between the same two rows about zero torque, so that these do not show the width. ``joint``: step of the angle where
+    a branch was read from the end and the start of the file, 0 where each was measured whole [rad].
     """
 
     torque: FloatArray
@@ -80,9 +88,43 @@ class LoopFigures:
     hysteresis_loss: float
     torsional_rigidity: float
     loss_energy: float
+    rigidity: FloatArray
+    light: float
+    crossed: bool
+    coarse: bool
+    joint: float
     centreline: tuple[float, float]
     zero: tuple[float, float]
     rigidity_points: tuple[tuple[float, float], tuple[float, float]]
+
+
+@dataclass(frozen=True, slots=True)
+class Branch:
+    """All sweeps of a loop in one direction, as pairs of increasing torque [N·mm] and angle [rad].
+
+    ``joint``: step of the angle where end and start of the file make one sweep [rad].
+    """
+
+    sweeps: tuple[tuple[FloatArray, FloatArray], ...]
+    joint: float = 0.0
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Smallest and largest torque [N·mm]."""
+        return min(float(T[0]) for T, _ in self.sweeps), max(float(T[-1]) for T, _ in self.sweeps)
+
+    @property
+    def step_at_zero(self) -> float:
+        """Largest change of the angle between the rows on either side of zero torque [rad]."""
+        before = [int(np.searchsorted(T, 0.0)) for T, _ in self.sweeps]
+        return max(abs(float(angle[k] - angle[k - 1])) for k, (_, angle) in zip(before, self.sweeps, strict=True))
+
+    def at(self, torque: FloatArray) -> FloatArray:
+        """Mean angle of the sweeps that reach a torque, linear between rows, NaN where none does [N·mm → rad]."""
+        each = np.stack([np.interp(torque, T, angle, left=np.nan, right=np.nan) for T, angle in self.sweeps])
+        reached = np.isfinite(each)
+        total, count = np.sum(np.where(reached, each, 0.0), axis=0), np.count_nonzero(reached, axis=0)
+        return np.asarray(np.where(count > 0, total / np.maximum(count, 1), np.nan))
 
 
 def torque_path(peak: float, points: int = POINTS) -> FloatArray:
@@ -120,55 +162,101 @@ def hysteresis_loop(
     return Loop(reducer, output_angle, T, transmitted, read)
 
 
-def evaluate_loop(torque: FloatArray, angle: FloatArray) -> LoopFigures:
-    """Figures of a loop from any start that holds at least one whole cycle between its extremes.
+def evaluate_loop(torque: FloatArray, angle: FloatArray, rated: float | None = None) -> LoopFigures:
+    """Figures of a loop from any start, in either sense, means of all its whole sweeps; shape (rows,) both.
 
-    Raises ``MeasurementError`` if the torque does not run from its largest to its smallest and back.
+    ``rated`` torque that the shares refer to, the largest of the loop unless given [N·mm]. Raises ``MeasurementError``
+    if the torque does not run from its largest to its smallest and back.
     """
-    peak = float(np.max(torque))
-    top, bottom, end = _branch_ends(torque, peak)
-    falling, rising = slice(top, bottom + 1), slice(bottom, end + 1)
-    down = _interpolated(torque[falling][::-1], angle[falling][::-1])
-    up = _interpolated(torque[rising], angle[rising])
-    light = LOST_MOTION_SHARE * peak
-    low, high = (0.5 * (down(T) + up(T)) for T in (-light, light))
-    zero = (up(0.0), down(0.0))
-    last = float(torque[rising][-1])
-    half = 0.5 * peak
-    forward = (last - half) / (up(last) - up(half)) if last > half else np.nan
-    least = float(torque[bottom])
-    backward = (-half - least) / (down(-half) - down(least))
+    falling, rising = loop_branches(torque, angle)
+    reference = float(np.max(torque)) if rated is None else abs(rated)
+    light = LOST_MOTION_SHARE * reference
+    marks = np.array([-light, 0.0, light])
+    down, up = falling.at(marks), rising.at(marks)
+    centre = 0.5 * (down + up)
+    rigidity = np.array([[_slope(rising, 1.0, low, high, reference), _slope(falling, -1.0, low, high, reference)]
+                         for low, high in RIGIDITY_SHARES])  # fmt: skip
+    of_full = rigidity[-1][np.isfinite(rigidity[-1])]
+    half, full = 0.5 * reference, min(reference, rising.ends[1])
+    read = rising.at(np.array([half, full])).tolist()
     return LoopFigures(
         torque=torque,
         angle=angle,
-        lost_motion=high - low,
-        hysteresis_loss=zero[1] - zero[0],
-        torsional_rigidity=float(np.nanmean([forward, backward])),
-        loss_energy=float(abs(np.trapezoid(torque[top : end + 1], angle[top : end + 1]))),
-        centreline=(low, high),
-        zero=zero,
-        rigidity_points=((half, up(half)), (last, up(last))),
+        lost_motion=float(centre[2] - centre[0]),
+        hysteresis_loss=float(down[1] - up[1]),
+        torsional_rigidity=float(np.mean(of_full)) if of_full.size else math.nan,
+        loss_energy=_area(falling, rising),
+        rigidity=rigidity,
+        light=light,
+        crossed=bool(up[2] < down[0]),
+        coarse=min(falling.step_at_zero, rising.step_at_zero) > 0.5 * abs(float(centre[2] - centre[0])),
+        joint=falling.joint + rising.joint,
+        centreline=(float(centre[0]), float(centre[2])),
+        zero=(float(up[1]), float(down[1])),
+        rigidity_points=((half, read[0]), (full, read[1])),
     )
 
 
-def _branch_ends(torque: FloatArray, peak: float) -> tuple[int, int, int]:
-    """Rows of the peak before the bottom, of the bottom, and of the peak after it."""
-    high = np.flatnonzero(torque > 0.5 * peak)
-    bottom = int(high[0] + np.argmin(torque[high[0] : high[-1] + 1])) if high.size else 0
-    if not torque[bottom] < 0.0 < peak:
+def loop_branches(torque: FloatArray, angle: FloatArray) -> tuple[Branch, Branch]:
+    """The falling and the rising branch of a loop; raises ``MeasurementError`` as ``evaluate_loop`` does."""
+    ends = _turning_points(torque)
+    sweeps: dict[bool, list[tuple[FloatArray, FloatArray]]] = {False: [], True: []}
+    joint = {False: 0.0, True: 0.0}
+    for (_, first), (last, _) in pairwise(ends):
+        rows = np.arange(first, last + 1)
+        sweeps[bool(torque[last] > torque[first])].append(_increasing(torque[rows], angle[rows]))
+    # A loop from zero and back to zero passes one branch in two parts: at its end and at its start.
+    if len(ends) > 1 and abs(torque[-1] - torque[0]) < _CLOSED_SHARE * float(np.max(torque)):
+        (start, _), (_, end) = ends[0], ends[-1]
+        rising = bool(torque[start] > torque[end])
+        if not sweeps[rising]:
+            rows = np.concatenate([np.arange(end, torque.size), np.arange(start + 1)])
+            sweeps[rising].append(_increasing(torque[rows], angle[rows]))
+            joint[rising] = float(angle[0] - angle[-1])
+    if not (sweeps[False] and sweeps[True]):
         raise MeasurementError(
             "torque of the loop",
-            f"{np.min(torque):.4g} to {peak:.4g} N·mm",
+            f"{np.min(torque):.4g} to {np.max(torque):.4g} N·mm",
             "does not run from one end to the other and back",
             "measure 0 → +T → −T → +T",
         )
-    # A file can hold several cycles: the visits to the peak next to the bottom.
-    last = np.split(high[high < bottom], np.flatnonzero(np.diff(high[high < bottom]) > 1) + 1)[-1]
-    first = np.split(high[high > bottom], np.flatnonzero(np.diff(high[high > bottom]) > 1) + 1)[0]
-    top = int(last[-1] - np.argmax(torque[last][::-1]))
-    return top, bottom, int(first[np.argmax(torque[first])])
+    return Branch(tuple(sweeps[False]), joint[False]), Branch(tuple(sweeps[True]), joint[True])
 
 
-def _interpolated(torque: FloatArray, angle: FloatArray) -> Callable[[float], float]:
-    """The angle of a branch at a torque, linear between its points."""
-    return lambda T: float(np.interp(T, torque, angle))
+def _turning_points(torque: FloatArray) -> list[tuple[int, int]]:
+    """First and last row of the extreme torque of every stay beyond half of the largest or of the smallest torque."""
+    high, low = 0.5 * float(np.max(torque)), 0.5 * float(np.min(torque))
+    if not low < 0.0 < high:
+        return []
+    side = np.where(torque > high, 1.0, np.where(torque < low, -1.0, 0.0))
+    beyond = np.flatnonzero(side)
+    stays = np.split(beyond, np.flatnonzero(np.diff(side[beyond])) + 1)
+    found = []
+    for rows in stays:
+        size = np.abs(torque[rows])
+        found.append((int(rows[np.argmax(size)]), int(rows[-1 - np.argmax(size[::-1])])))
+    return found
+
+
+def _increasing(torque: FloatArray, angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Rows of a sweep by increasing torque, those of one torque averaged: a measured torque is not quite monotone."""
+    levels, level = np.unique(torque, return_inverse=True)
+    return levels, np.asarray(np.bincount(level, weights=angle) / np.bincount(level))
+
+
+def _slope(branch: Branch, sign: float, low: float, high: float, reference: float) -> float:
+    """Slope of a branch from ``low`` to ``high`` shares of ``reference``, NaN if it ends before [N·mm/rad]."""
+    reach = max(sign * end for end in branch.ends)
+    if reach < (high - _SHORT_OF_END) * reference:
+        return math.nan
+    ends = sign * np.array([low * reference, min(high * reference, reach)])
+    angle = branch.at(ends)
+    return float(np.diff(ends)[0] / np.diff(angle)[0])
+
+
+def _area(falling: Branch, rising: Branch) -> float:
+    """∮ θ dT over the torques that both branches reach: it needs no zero and no closed end [N·mm]."""
+    low, high = max(falling.ends[0], rising.ends[0]), min(falling.ends[1], rising.ends[1])
+    torque = np.unique(np.concatenate([[low, high], *(T for T, _ in (*falling.sweeps, *rising.sweeps))]))
+    torque = torque[(torque >= low) & (torque <= high)]
+    return float(np.trapezoid(falling.at(torque) - rising.at(torque), torque))

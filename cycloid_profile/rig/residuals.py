@@ -27,7 +27,8 @@ class MeasurementResidual(Described):
     """Measured minus predicted, registered, in the unit of the measured column (µm, ′ or ″).
 
     ``position`` of the rows along ``axis``, in its unit; ``noise``, standard deviation of the white noise, estimated
-    from neighbouring rows or stated in the file; ``registration``, what was removed, by name.
+    from neighbouring rows or stated in the file; ``registration``, what was removed, by name. ``predicted``, the column
+    of a curve with its zero moved to the measured one, NaN without equilibrium, shape (rows,); None of a scan.
     """
 
     reducer: AsBuiltReducer
@@ -37,6 +38,7 @@ class MeasurementResidual(Described):
     residual: FloatArray
     noise: float
     registration: dict[str, float]
+    predicted: FloatArray | None = None
 
     @property
     def unit(self) -> str:
@@ -77,19 +79,20 @@ def measurement_residual(reducer: AsBuiltReducer, measurement: Measurement, disc
 
 def _curve_residual(reducer: AsBuiltReducer, measurement: Measurement) -> MeasurementResidual:
     kind = measurement.kind
-    residual = measurement.value - predict_curve(reducer, measurement).value
+    prediction = predict_curve(reducer, measurement)
+    residual, predicted = measurement.value - prediction.value, prediction.on_last_flank
     if np.all(np.isnan(residual)):
         raise SolveError(measurement.name, "without", "an equilibrium to compare with", "make the effects smaller", " ")
     registration: dict[str, float] = {}
     if kind.zero_unknown:
         zero = float(np.nanmean(residual))
-        residual, registration = residual - zero, {f"zero_{kind.unit}": zero}
+        residual, predicted, registration = residual - zero, predicted + zero, {f"zero_{kind.unit}": zero}
     if kind.over_output_turn:
         axis, position = "output angle [°]", measurement["output_angle_deg"]
     else:
-        axis, position = "row of the loop", np.arange(float(residual.size))
+        axis, position = "row of the file [number]", np.arange(float(residual.size))
     noise = _noise(residual, measurement.stated_noise)
-    return MeasurementResidual(reducer, measurement, axis, position, residual, noise, registration)
+    return MeasurementResidual(reducer, measurement, axis, position, residual, noise, registration, predicted)
 
 
 def _scan_residual(reducer: AsBuiltReducer, measurement: Measurement, disc: int) -> MeasurementResidual:

@@ -12,6 +12,7 @@ import pytest
 from cycloid_profile.cli.main import run
 from cycloid_profile.measurement import KINDS, read_measurement
 from cycloid_profile.spec import read_spec
+from cycloid_profile.units import sign_of
 from tests.spec_texts import RV40E
 
 ROOT = Path(__file__).parents[2]
@@ -106,6 +107,58 @@ def test_a_file_that_was_simulated_differs_from_its_spec_by_the_noise(
             "lost_motion_map": set(),
         }[kind]
     )
+
+
+@pytest.mark.slow
+def test_figures_of_every_kind_with_their_tolerances(
+    spec: Written, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    limits = "[tolerance.limits]\nlost_motion_arcmin = 1.25\ntransmission_error_arcsec = 7.5\n"
+    measured = {kind: tmp_path / f"{kind}.csv" for kind in KINDS}
+    for kind, file in measured.items():
+        assert run(["simulate", str(spec(OVAL)), "--kind", kind, "--out", str(file), "--points", "400", "-q"]) == 0
+    capsys.readouterr()
+    plain, out = spec(limits, "plain.toml"), tmp_path / "out"
+    assert run(["compare", str(plain), *map(str, measured.values()), "--out", str(out), "--json"]) == 0
+    found = {row["kind"]: row["figures"] for row in json.loads(capsys.readouterr().out)["gap"]}
+    for figures in found.values():
+        for key, figure in figures.items():
+            assert set(figure) == {"name", "measured", "predicted", "difference", "noise", "tolerance"}
+            assert sign_of(key), f"{key} ends with no unit"
+            if None not in (figure["measured"], figure["predicted"]):
+                assert figure["difference"] == figure["measured"] - figure["predicted"]
+    loop, scan = found["hysteresis"], found["profile_scan"]
+    # The simulated shafts: 134 N·m/′ in series with the stage that is predicted.
+    for key in ("rigidity_50_to_100_forward_nm_per_arcmin", "rigidity_50_to_100_backward_nm_per_arcmin"):
+        soft, stiff = loop[key]["measured"], loop[key]["predicted"]
+        assert 1.0 / soft == pytest.approx(1.0 / stiff + 1.0 / 134.0, rel=0.02)
+    assert loop["lost_motion_arcmin"]["tolerance"] == 1.25
+    assert loop["loss_energy_j"]["tolerance"] is None
+    assert found["lost_motion_map"]["largest_arcmin"]["tolerance"] == 1.25
+    assert found["transmission_error"]["peak_to_peak_arcsec"]["tolerance"] == 7.5
+
+    # A scan has the numbers of its inspection.
+    assert run(["inspect", str(plain), str(measured["profile_scan"]), "--out", str(tmp_path / "i"), "--json"]) < 2
+    checks = json.loads(capsys.readouterr().out)["checks"]
+    assert [one["measured"] for one in scan.values()] == pytest.approx([c["value_um"] for c in checks], abs=1e-4)
+    assert [one["tolerance"] for one in scan.values()] == pytest.approx([c["tolerance_um"] for c in checks], abs=1e-4)
+    assert [one["predicted"] for one in scan.values()] == pytest.approx([0.0] * 4, abs=1e-3)
+
+
+def test_figures_fit_a_terminal_of_80_columns(
+    spec: Written, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("cycloid_profile.cli.output._terminal.terminal_width", lambda: 80)
+    files = [tmp_path / f"{kind}.csv" for kind in ("hysteresis", "transmission_error", "lost_motion_map")]
+    for file in files:
+        words = ["simulate", str(spec()), "--kind", file.stem, "--out", str(file), "--points", "300", "-q"]
+        assert run([*words, "--noise", str(NOISE[file.stem])]) == 0
+    capsys.readouterr()
+    assert run(["compare", str(spec()), *map(str, files), "--out", str(tmp_path / "out")]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert max(len(line) for line in lines if "pictures:" not in line) <= 80
+    # One table for each file, none of which continues below.
+    assert len([line for line in lines if line.startswith("figure")]) == 3
 
 
 @pytest.mark.slow

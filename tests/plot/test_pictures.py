@@ -76,7 +76,7 @@ def test_the_rare_ends_of_a_colour_map_keep_their_colours(tmp_path: Path) -> Non
     values = 0.2 * np.random.default_rng(1).normal(size=(39, 24))
     values[8, ::7], values[30, 3] = -2.4, 2.4
     ax = figure.subplots()
-    figure.colorbar(draw_lobe_image(ax, values, 2.5, 180.0), ax=ax)
+    figure.colorbar(draw_lobe_image(ax, values, 2.5), ax=ax)
     save_png(figure, tmp_path / "map.png")
     drawn = np.asarray(Image.open(BytesIO((tmp_path / "map.png").read_bytes())).convert("RGB"), dtype=int)
     whole = BytesIO()
@@ -123,7 +123,7 @@ def test_the_bytes_depend_on_neither_clock_nor_hash_seed(tmp_path: Path) -> None
         "    x = np.linspace(0.0, 1.0, 50)\n"
         "    draw_residual(drawn.axes[0], x, np.sin(9.0 * x), 0.1, 'µm')\n"
         "    drawn.axes[0].bar([0.5], [0.5], hatch='///', label='bar')\n"
-        "    draw_lobe_image(drawn.axes[1], np.outer(x, x), 1.0, 180.0)\n"
+        "    draw_lobe_image(drawn.axes[1], np.outer(x, x), 1.0)\n"
         "    drawn.legend(1)\n"
         "save(drawn.figure, Path(sys.argv[1]), 'picture')\n"
     )

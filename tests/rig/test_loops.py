@@ -122,6 +122,10 @@ def path_of(*pieces):
         pytest.param((VIRGIN, DOWN, UP, DOWN), id="one branch more"),
         pytest.param((VIRGIN, DOWN, UP, DOWN, UP), id="two turns"),
         pytest.param((DOWN, UP, DOWN[:6]), id="stops on the way"),
+        pytest.param((UP, DOWN), id="from the bottom and back"),
+        pytest.param((-VIRGIN, UP, DOWN), id="the other way round"),
+        pytest.param((UP[5:], DOWN, UP[:6]), id="from zero to zero"),
+        pytest.param((DOWN[5:], UP, DOWN[:6]), id="from zero to zero, the other way round"),
     ],
 )
 def test_figures_of_a_loop_that_is_known(pieces):
@@ -151,13 +155,11 @@ def test_figures_go_with_their_units_and_know_no_zero(torque_unit, angle_unit, z
 @pytest.mark.parametrize(
     "pieces",
     [
-        pytest.param((UP, DOWN), id="from the bottom and back"),
         pytest.param((VIRGIN, DOWN), id="never back"),
         pytest.param((UP,), id="one branch"),
         pytest.param((DOWN,), id="one branch down"),
         pytest.param((UP[5:], DOWN[:6]), id="one side"),
         pytest.param((0.4 * UP, DOWN, 0.4 * UP), id="back not halfway"),
-        pytest.param((-VIRGIN, UP, DOWN), id="the other way round"),
     ],
 )
 def test_an_incomplete_loop_is_refused(pieces):

@@ -13,19 +13,18 @@ from cycloid_profile.plot.diagnosis import _marks as marks
 from cycloid_profile.plot.measured import (
     cell_means,
     cells_of_a_lobe,
+    deviation_scale,
     draw_deviation_rings,
     draw_lobe_image,
     no_points_marks,
 )
-from cycloid_profile.plot.style import BLUE, GREEN, GREY, SKY, line_mark, new_figure, round_up
+from cycloid_profile.plot.style import BLUE, GREEN, GREY, SKY, line_mark, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_NOISE_FLOOR = 5.0  # standard deviations of a cell that are the least full colour, so that noise looks pale
-_STEPS = (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)  # of the colour scale
 _SMOOTHED = 12  # parts of a lobe that the line round the disc averages over
 
 
@@ -40,9 +39,8 @@ def scan_gap(diagnosis: Diagnosis, gap: FileGap) -> tuple[Figure, str]:
     for (_, residuals), values in zip(shown, outside, strict=True):
         part = np.mod(residuals.phase + np.pi, 2.0 * np.pi) / (2.0 * np.pi)
         maps.append(cell_means(residuals.lobe.astype(int), part, values, lobes, cells))
-    # Before and after have one scale; two cells of a thousand may exceed it.
-    least = _NOISE_FLOOR * gap.noise / math.sqrt(per_lobe / cells)
-    scale = float(f"{round_up(max(float(np.nanquantile(np.abs(maps[0]), 0.998)), least), _STEPS):.2g}")
+    # Before and after have one scale.
+    scale = deviation_scale(maps[0], gap.noise, per_lobe)
     radius = 1e3 * float(np.mean(np.abs(gap.before.placed.placed[gap.recording.rows])))
     # The middle of the disc lies at −3 scales: a ring of that radius is the disc.
     magnified = float(f"{radius / (3.0 * scale):.2g}")
@@ -54,8 +52,7 @@ def scan_gap(diagnosis: Diagnosis, gap: FileGap) -> tuple[Figure, str]:
         _ring(ring, residuals, values, scale, per_lobe)
         ring.set_title(f"{title}\ndeviation magnified {magnified:,.0f} times", fontsize=10)
         ax = figure.add_subplot(1 + both, 2, column + 1 + both)
-        drawn = draw_lobe_image(ax, mean, scale, 180.0, interpolation="nearest")
-        ax.set(xlabel="phase ψ [°] (0 root, ±180 tip)", ylabel="lobe [number]", xticks=range(-180, 181, 60))
+        drawn = draw_lobe_image(ax, mean, scale)
         _mark_held_out_rows(ax, residuals)
         if residuals is gap.before:
             _outline_significant(ax, diagnosis, gap)

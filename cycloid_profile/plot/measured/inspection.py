@@ -45,7 +45,7 @@ def _limits(ax: Axes, label: str, check: CheckResult, values: FloatArray | None 
         ax.axhline((middle + sign * half) / UM, color=GREEN, linestyle="--", linewidth=1.0)
     shown = "not shown by this scan" if check.value is None else f"{check.value / UM:.2f} µm"
     sign_text = "±" if check.both_ways else ""
-    ax.set(xlabel="lobe", ylabel=label)
+    ax.set(xlabel="lobe [number]", ylabel=label)
     ax.set_title(f"{check.symbol} = {shown}, tolerance {sign_text}{check.tolerance / UM:.2f} µm", fontsize=10)
     low, high = ax.get_ylim()
     ax.set_ylim(low, high + 0.2 * (high - low))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import singledispatch
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,20 +12,30 @@ from cycloid_profile._display import with_unit
 from cycloid_profile.arrays import FloatArray, IntArray
 from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.geometry import ToothProfile
-from cycloid_profile.measurement import HYSTERESIS, LOST_MOTION_MAP, TRANSMISSION_ERROR, Measurement, scanned_disc
+from cycloid_profile.measurement import (
+    Hysteresis,
+    LostMotionMap,
+    Measurement,
+    MeasurementKind,
+    ProfileScan,
+    TransmissionErrorCurve,
+    scanned_disc,
+)
 from cycloid_profile.plot.measured.panels import (
     cell_means,
     cells_of_a_lobe,
+    deviation_scale,
     draw_deviation_rings,
     draw_lobe_image,
+    draw_orders,
     draw_residual,
     no_points_marks,
     noise_mark,
-    order_label,
+    order_namer,
     turn_ticks,
     widened,
 )
-from cycloid_profile.plot.style import BLUE, GREEN, GREY, ORANGE, canvas, line_mark, note, phase_axis, plain
+from cycloid_profile.plot.style import BLUE, GREEN, GREY, ORANGE, canvas, line_mark, plain
 from cycloid_profile.rig import (
     LOST_MOTION_SHARE,
     AngleMap,
@@ -40,10 +51,7 @@ from cycloid_profile.units import ARCMIN, ARCSEC, DEGREE, NEWTON_METRE, SIGNS
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_NO_ORDER = 1e-6  # ″
-_LABELLED_ORDERS = 6  # names of more would overlap
 _PHASES_OF_A_LOBE = 721  # a table every half degree, far finer than a cell of the map
-_LABEL_LEFT_FROM = 0.85  # part of the axis beyond which a label would leave the picture to the right
 
 
 def measurement(result: Measurement, ax: Any = None, *, reducer: AsBuiltReducer | None = None, name: str = "") -> Any:
@@ -53,24 +61,45 @@ def measurement(result: Measurement, ax: Any = None, *, reducer: AsBuiltReducer 
     Two axes, or one of a map; of those given for a scan the first must be polar. ``reducer`` names the orders and is
     the reference of a scan; a scan without one is drawn about its mean radius.
     """
-    heading, torque = result.kind.title, result.number("torque_nm")
-    if result.kind is HYSTERESIS:
-        return _loop(result["torque_nm"], result["angle_arcmin"], ax, name, heading)
-    if result.kind is TRANSMISSION_ERROR:
-        return _error(result["output_angle_deg"], result["error_arcsec"], torque, reducer, ax, name, heading)
-    if result.kind is LOST_MOTION_MAP:
-        return _map(result["output_angle_deg"], result["lost_motion_arcmin"], torque, "lost motion", ax, name, heading)
+    return _file(result.kind, result, ax, reducer, name)
+
+
+@singledispatch
+def _file(kind: MeasurementKind, result: Measurement, ax: Any, reducer: AsBuiltReducer | None, name: str) -> Any:
+    """Picture of a file of this ``kind``."""
+    raise NotImplementedError(f"a {kind.title} has no picture")
+
+
+@_file.register
+def _(kind: Hysteresis, result: Measurement, ax: Any, reducer: AsBuiltReducer | None, name: str) -> Any:  # noqa: ARG001
+    return _loop(result["torque_nm"], result["angle_arcmin"], ax, name, kind.title)
+
+
+@_file.register
+def _(kind: TransmissionErrorCurve, result: Measurement, ax: Any, reducer: AsBuiltReducer | None, name: str) -> Any:
+    torque = result.number("torque_nm")
+    return _error(result["output_angle_deg"], result["error_arcsec"], torque, reducer, ax, name, kind.title)
+
+
+@_file.register
+def _(kind: LostMotionMap, result: Measurement, ax: Any, reducer: AsBuiltReducer | None, name: str) -> Any:  # noqa: ARG001
+    torque = result.number("torque_nm")
+    return _map(result["output_angle_deg"], result["lost_motion_arcmin"], torque, "lost motion", ax, name, kind.title)
+
+
+@_file.register
+def _(kind: ProfileScan, result: Measurement, ax: Any, reducer: AsBuiltReducer | None, name: str) -> Any:
     if reducer is not None:
         nominal = replace(reducer, teeth=(reducer.case.profile,) * reducer.discs)
         found = residual_of(nominal, result, scanned_disc(result, reducer.discs))
-        return _scan(found, "tooth of the drawing", ax, name, heading)
+        return scan_deviation(found, "tooth of the drawing", ax, name, kind.title)
     with canvas(ax, (11.0, 5.6), 1, 2, polar=(0,)) as drawn:
         z = result["x_mm"] + 1j * result["y_mm"]
         angle, radius = np.angle(z), np.abs(z) - np.mean(np.abs(z))
         for axes, x in zip(drawn.axes, (angle, angle / DEGREE), strict=True):
             axes.plot(x, radius, ".", color=BLUE, markersize=1.5)
         drawn.axes[1].set(xlabel="polar angle [°]", ylabel="radius minus its mean [mm]")
-        drawn.title(name, heading)
+        drawn.title(name, kind.title)
     return drawn.axes
 
 
@@ -81,7 +110,7 @@ def measurement_residual(result: MeasurementResidual, ax: Any = None, *, name: s
     file = f"{plain(name)}, {plain(result.measurement.name)}" if name else plain(result.measurement.name)
     heading = f"{file}: gap {rms} rms, noise {noise}"
     if not result.measurement.kind.is_curve:
-        return _scan(result, "prediction", ax, "", heading)
+        return scan_deviation(result, "prediction", ax, "", heading)
     with canvas(ax, (9.0, 4.6)) as drawn:
         axes = drawn.axes
         draw_residual(axes, result.position, result.residual, result.noise, unit)
@@ -163,31 +192,11 @@ def _error(
         top.set(xlabel="output angle [°]", ylabel="transmission error [″]", xlim=(0.0, 360.0))
         top.set_title(f"{np.ptp(error):.3g}″ peak to peak at {torque:.4g} N·m")
         turn_ticks(top)
-        _orders(bottom, error, reducer)
+        amplitude = spectrum(error)
+        # Noise is unknown here: half of the orders lie below the median.
+        draw_orders(bottom, [amplitude], (BLUE,), float(np.median(amplitude)), order_namer(reducer, error.size), "″")
         drawn.title(name, heading)
     return drawn.axes
-
-
-def _orders(ax: Axes, error: FloatArray, reducer: AsBuiltReducer | None) -> None:
-    """Order spectrum with the largest orders named as multiples of lobes, pins or the mesh."""
-    amplitude = spectrum(error)
-    orders = np.arange(amplitude.size)
-    ax.vlines(orders[1:], 0.0, amplitude[1:], color=BLUE, linewidth=1.0)
-    # One row per pin pitch samples equivalent poses only: all orders vanish.
-    highest = max(float(np.max(amplitude[1:])), _NO_ORDER)
-    for order in (np.argsort(amplitude[1:])[::-1][:_LABELLED_ORDERS] + 1).tolist():
-        if amplitude[order] < max(0.02 * highest, _NO_ORDER):
-            continue
-        to_left = order > _LABEL_LEFT_FROM * orders[-1]
-        label = str(order)
-        if reducer is not None:
-            trochoid = reducer.case.drive.trochoid
-            label = order_label(order, trochoid.lobes, trochoid.pins, error.size)
-        at, side = (float(order), float(amplitude[order])), "right" if to_left else "left"
-        note(ax, label, at, (-3 if to_left else 3, 3), ha=side, va="baseline", fontsize=8, color=ORANGE)
-    ax.set(xlabel="order per turn of the output", ylabel="amplitude [″]")
-    ax.set_xlim(0.0, float(orders[-1]) * 1.04)
-    ax.set_ylim(0.0, 1.2 * highest)
 
 
 def _map(
@@ -208,24 +217,24 @@ def _map(
     return axes
 
 
-def _scan(found: MeasurementResidual, reference: str, ax: Any, name: str, heading: str) -> Any:
+def scan_deviation(found: MeasurementResidual, reference: str, ax: Any, name: str, heading: str) -> Any:
     """Deviation along the normal, magnified about a circle, and unrolled over lobe and phase."""
     angle, outside = np.deg2rad(found.position), -found.residual
     order = np.argsort(angle)
-    scale = max(4.0 * float(np.std(outside)), 3.0 * found.noise, 1e-3)
     lobes = found.reducer.case.drive.trochoid.lobes
     number, part = _lobe_and_part(found.reducer.case.profile, angle)
+    per_lobe = angle.size / np.unique(number).size
+    mean = cell_means(number, part, outside, lobes, cells_of_a_lobe(per_lobe))
+    scale = deviation_scale(mean, found.noise, per_lobe)
     with canvas(ax, (11.0, 5.6), 1, 2, polar=(0,)) as drawn:
         left, right = drawn.axes
         left.plot(angle[order], np.zeros(order.size), color=GREY, linewidth=0.8)
         left.plot(angle[order], outside[order], color=BLUE, linewidth=0.6)
-        draw_deviation_rings(left, scale, 1.2, f"{scale:.2g}")
+        rings = max(4.0 * float(np.std(outside)), scale)
+        draw_deviation_rings(left, rings, 1.2, f"{rings:.2g}")
         left.set_title(f"outwards of the {reference}", fontsize=10)
-        cells = cells_of_a_lobe(angle.size / np.unique(number).size)
-        mean = cell_means(number, part, outside, lobes, cells)
-        image = draw_lobe_image(right, mean, scale, 180.0, interpolation="nearest")
-        phase_axis(right)
-        right.set(ylabel="lobe [number]", title="unrolled")
+        image = draw_lobe_image(right, mean, scale)
+        right.set_title("unrolled")
         drawn.figure.colorbar(image, ax=right, label="outwards [µm]")
         if handles := no_points_marks(mean):
             right.legend(handles=handles, loc="upper right", fontsize=8, frameon=True)
