@@ -190,7 +190,7 @@ def dimension(sheet: Sheet, start: complex, end: complex, out: complex, text: st
                 _draw_dimension(sheet, (start, end), (a, b), reach, inside)
                 sheet.text(base, text, TEXT, "CENTER", turn=turn)
                 return
-    raise ExportError("drawing", "A3", "has no place for another dimension", "leave the format drawing out", " ")
+    label(sheet, 0.5 * (start + end), [Words(text)])
 
 
 def _draw_dimension(

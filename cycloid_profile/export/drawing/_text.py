@@ -113,10 +113,15 @@ def _font_of(letter: str) -> str | None:
 
 @cache
 def _letters(name: str) -> frozenset[int]:
+    """Code points of the letters of a font; none of one that cannot be read."""
     from ezdxf.fonts import fonts
+    from fontTools.ttLib import TTLibError
 
     use_own_font()
-    return frozenset(fonts.font_manager.get_ttf_font(name).getBestCmap())
+    try:
+        return frozenset(fonts.font_manager.get_ttf_font(name).getBestCmap() or ())
+    except (TTLibError, OSError, KeyError, ValueError):
+        return frozenset()
 
 
 @cache

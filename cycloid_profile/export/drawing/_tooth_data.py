@@ -151,7 +151,7 @@ def _root_1(record: DesignRecord) -> str:
     if not record.openings_turn:
         return "Root 1 on the axis through crank or output hole 1"
     turn = math.degrees(record.openings_turn)
-    return f"Disc {record.disc}: crank or output hole 1 {turn:.4f}° anticlockwise of the axis through root 1"
+    return f"Disc {record.disc}: crank or output hole 1 {turn:.4f}° anticlockwise of root 1"
 
 
 def _over(check: OverRollers) -> TableRow:

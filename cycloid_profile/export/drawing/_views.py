@@ -19,7 +19,7 @@ from cycloid_profile.units import UM
 
 _UPRIGHT = 0.5 * math.pi
 _CHORDS = 1e-3  # mm, of openings where they are cut
-_ANGLE = 7.0  # mm outside the tips, where the angle of the holes is dimensioned
+_ANGLE = 3.5  # mm outside the tips, where the angle of the holes is dimensioned
 _EVEN = 1e-9  # rad
 
 
@@ -162,9 +162,12 @@ def _hole_angle(sheet: Sheet, record: DesignRecord, limits: Tolerances, layout: 
     radius = layout.radius + _ANGLE
     for angle in {0.0, turn}:
         sheet.line(layout.centre + polar(layout.radius - 4.0, 90.0 + angle),
-                   layout.centre + polar(radius + 2.0, 90.0 + angle), "CENTRE")  # fmt: skip
+                   layout.centre + polar(radius + 1.0, 90.0 + angle), "CENTRE")  # fmt: skip
     if turn:
         sheet.arc(layout.centre, radius, 90.0 + min(0.0, turn), 90.0 + max(0.0, turn), "DIMENSIONS")
+        for angle, away in ((0.0, -turn), (turn, turn)):
+            out = polar(1.0, 90.0 + angle)
+            sheet.arrow(layout.centre + radius * out, math.copysign(1.0, away) * 1j * out)
     text = f"{abs(turn):.6g}° ±{limits.hole_angle_arcmin.in_unit('′')}"
     label(sheet, layout.centre + polar(radius, 90.0 + 0.5 * turn), [Words(text), Words("hole to axis of root 1")])
 
