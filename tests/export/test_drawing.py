@@ -256,7 +256,7 @@ def test_letters_are_filled_and_their_holes_are_empty() -> None:
 @pytest.fixture
 def fresh_fonts() -> Iterator[None]:
     """Searches for fonts forgotten, before and after."""
-    searches = (_text._font_of, _text._system_fonts, _text.shown, _text._letter)
+    searches = (_text._font_of, _text.shown, _text._letter)
     for search in searches:
         search.cache_clear()
     yield

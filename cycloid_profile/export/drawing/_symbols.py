@@ -122,39 +122,25 @@ class Datum:
 
     def draw(self, sheet: Sheet, corner: complex) -> None:
         top = corner + self.size - 0.5 * _FRAME
-        triangle(sheet, top, -1j)
+        sheet.solid([top - 0.6 * _TRIANGLE, top + 0.6 * _TRIANGLE, top - 1j * _TRIANGLE])
         sheet.line(top - 1j * _TRIANGLE, corner + complex(0.5 * _FRAME, _FRAME), _LAYER)
-        _letter(sheet, corner, self.letter)
+        sheet.box(corner, complex(_FRAME, _FRAME), _LAYER)
+        sheet.text(corner + complex(0.5 * _FRAME, 0.5 * (_FRAME - TEXT)), self.letter, TEXT, "CENTER")
 
 
-def _letter(sheet: Sheet, corner: complex, letter: str) -> None:
-    sheet.box(corner, complex(_FRAME, _FRAME), _LAYER)
-    sheet.text(corner + complex(0.5 * _FRAME, 0.5 * (_FRAME - TEXT)), letter, TEXT, "CENTER")
-
-
-def triangle(sheet: Sheet, base: complex, away: complex) -> None:
-    """The filled triangle of a datum on a surface, its apex ``away`` from it."""
-    side = 0.6j * _TRIANGLE * away
-    sheet.solid([base + side, base - side, base + _TRIANGLE * away])
-
-
-def label(sheet: Sheet, tip: complex, rows: Sequence[Row], datum: complex | None = None) -> None:
-    """Rows at the nearest free place, with a leader from the tip: an arrow, or a ``datum`` triangle in a direction.
+def label(sheet: Sheet, tip: complex, rows: Sequence[Row]) -> None:
+    """Rows at the nearest free place, with a leader from the tip.
 
     Raises ``ExportError`` where the sheet has no place.
     """
     size = complex(max(row.size.real for row in rows), sum(row.size.imag for row in rows))
-    start = tip if datum is None else tip + _TRIANGLE * datum
-    found = sheet.taken.place(start, size, size.imag - 0.5 * rows[0].size.imag)
+    found = sheet.taken.place(tip, size, size.imag - 0.5 * rows[0].size.imag)
     if found is None:
         raise ExportError("drawing", "A3", "has no place for another label", "leave the format drawing out", " ")
     corner, path = found
     sheet.polyline(path, _LAYER)
     sheet.taken.leader(path)
-    if datum is None:
-        sheet.arrow(tip, path[1] - tip)
-    else:
-        triangle(sheet, tip, datum)
+    sheet.arrow(tip, path[1] - tip)
     top = corner + 1j * size.imag
     # Towards the leader.
     to_right = path[-1].real > corner.real

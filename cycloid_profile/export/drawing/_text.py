@@ -17,15 +17,6 @@ _HANGING = 0.3  # below the base line, in heights of capitals
 _log = logging.getLogger("cycloid_profile")
 
 
-@cache
-def use_own_font() -> None:
-    """Let ezdxf use the fonts of matplotlib instead of other versions installed on the machine."""
-    import matplotlib
-    from ezdxf.fonts import fonts
-
-    fonts.font_manager.scan_folder(Path(matplotlib.get_data_path()) / "fonts" / "ttf")
-
-
 def text_width(text: str, height: float) -> float:
     """Width of one line of text, ``height`` that of its capitals [mm of paper]."""
     return height * sum(_letter(letter)[1] for letter in shown(text))
@@ -68,7 +59,6 @@ def _letter(letter: str) -> tuple[list[list[complex]], float]:
     """Polygons without holes of a letter, and its width, in heights of capitals."""
     from ezdxf.fonts import fonts
 
-    use_own_font()
     font = fonts.make_font(_font_of(letter) or FONT, 1.0, _NARROW)
     strokes = [list(stroke.flattening(_FLAT, 2)) for stroke in font.text_path(letter).to_path().sub_paths()]
     # Between two others: blanks at an end have no width.
@@ -105,34 +95,39 @@ def _filled(strokes: Sequence[Sequence[Any]]) -> list[list[complex]]:
 
 @cache
 def _font_of(letter: str) -> str | None:
-    """File name of the first font with a letter, the own one before those of the system."""
-    if ord(letter) in _letters(FONT):
+    """File name of the first font with a letter, the own one before those of the system in the order of names."""
+    from ezdxf.fonts import fonts
+    from matplotlib.font_manager import findSystemFonts
+
+    if ord(letter) in _letters(_own_fonts() / FONT):
         return FONT
-    return next((name for name, letters in _system_fonts() if ord(letter) in letters), None)
+    others = sorted((Path(path) for path in findSystemFonts()), key=lambda path: (path.name, str(path)))
+    found = next((path for path in others if path.name != FONT and ord(letter) in _letters(path)), None)
+    if found is None:
+        return None
+    fonts.font_manager.scan_folder(found.parent)
+    # Again: the system may have other versions of the own fonts.
+    fonts.font_manager.scan_folder(_own_fonts())
+    return found.name
 
 
 @cache
-def _letters(name: str) -> frozenset[int]:
-    """Code points of the letters of a font; none of one that cannot be read."""
-    from ezdxf.fonts import fonts
-    from fontTools.ttLib import TTLibError
+def _letters(path: Path) -> frozenset[int]:
+    """Code points of the letters of a font file; none of one that cannot be read."""
+    from matplotlib.ft2font import FT2Font
 
-    use_own_font()
     try:
-        return frozenset(fonts.font_manager.get_ttf_font(name).getBestCmap() or ())
-    except (TTLibError, OSError, KeyError, ValueError):
+        return frozenset(FT2Font(str(path)).get_charmap())
+    except (OSError, RuntimeError):
         return frozenset()
 
 
 @cache
-def _system_fonts() -> tuple[tuple[str, frozenset[int]], ...]:
-    """Fonts of the system with their letters, in the order of their names."""
+def _own_fonts() -> Path:
+    """Folder of matplotlib's fonts, from now on known to ezdxf instead of other versions on the machine."""
+    import matplotlib
     from ezdxf.fonts import fonts
-    from matplotlib.font_manager import findSystemFonts
 
-    paths = sorted((Path(path) for path in findSystemFonts()), key=lambda path: path.name)
-    for folder in sorted({path.parent for path in paths}):
-        fonts.font_manager.scan_folder(folder)
-    # The own fonts again: the system may have other versions of them.
-    use_own_font.__wrapped__()
-    return tuple((path.name, _letters(path.name)) for path in paths if fonts.font_manager.has_font(path.name))
+    folder = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
+    fonts.font_manager.scan_folder(folder)
+    return folder
