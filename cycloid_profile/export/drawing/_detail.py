@@ -19,7 +19,7 @@ from cycloid_profile.units import UM
 _BEYOND = 0.1 * math.pi  # phase shown beyond the roots
 _POINTS = 1201  # chords of the enlarged tooth are invisible on paper
 _WIDEST, _HIGHEST = 146.0, 30.0
-_PIN_SHOWN, _PIN_WIDTH = 60.0, 22.0  # ° on either side of its lowest point, but no wider, mm
+_PIN_SHOWN, _PIN_WIDTH = 60.0, 12.0  # ° on either side of its lowest point, but no wider, mm
 _GRAPH, _HEADROOM = 46 + 34j, 1.15
 
 
