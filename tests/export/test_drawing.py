@@ -294,6 +294,16 @@ def test_letters_of_another_script_come_from_a_font_of_the_system(
     assert_clear(named(rv40e_record, "齿轮 Ø ψ"))
 
 
+def test_a_long_name_takes_two_legible_lines(rv40e_record: DesignRecord) -> None:
+    sheet = named(rv40e_record, "W" * 60)
+    heights = [
+        box.bounds[3] - box.bounds[1] for text, box in texts_of(sheet.doc, sheet.unit) if text.count("W") > 20
+    ]  # fmt: skip
+    assert len(heights) == 2
+    assert min(heights) >= 1.8
+    assert_clear(sheet)
+
+
 def square_font(path: Path) -> Path:
     """A font whose letters are squares."""
     pen = TTGlyphPen(None)

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import math
+import textwrap
 from collections.abc import Sequence
 
 from cycloid_profile.export.drawing._sheet import LARGE, SMALL, TEXT, Sheet
 from cycloid_profile.export.drawing._space import A3
 from cycloid_profile.export.drawing._symbols import Roughness
+from cycloid_profile.export.drawing._text import text_width
 
 _TITLE_CORNER, _TITLE_SIZE = 230 + 10j, 180 + 39j
+_SQUEEZED = 1.6  # times its field a value may be wide and made smaller; a wider one takes two lines
 _ROW = 5.4
 
 
@@ -34,7 +38,11 @@ def draw_title(
         sheet.box(corner, complex(width, 13))
         sheet.text(corner + complex(1.2, 13 - 1.2 - SMALL), label, SMALL, room=width - 2.4)
         height = LARGE if label == "title" else 3.5
-        sheet.text(corner + complex(2.0, 2.6), value, height, room=width - 4.0)
+        if text_width(value, height) <= _SQUEEZED * (width - 4.0):
+            sheet.text(corner + complex(2.0, 2.6), value, height, room=width - 4.0)
+            continue
+        for line, above in zip(_halves(value), (6.2, 1.8), strict=False):
+            sheet.text(corner + complex(2.0, above), line, 3.0, room=width - 4.0)
     sheet.box(_TITLE_CORNER, _TITLE_SIZE, "TABLE")
     _projection_symbol(sheet, _TITLE_CORNER + 165 + 4.9j)
     # ISO 21920-1: the surfaces without a symbol of their own; those with one in brackets.
@@ -43,6 +51,12 @@ def draw_title(
     sheet.text(at + others.size.real + 1.5 + 1.5j, "(", 3.5)
     tooth.draw(sheet, at + others.size.real + 4.0)
     sheet.text(at + others.size.real + tooth.size.real + 5.5 + 1.5j, ")", 3.5)
+
+
+def _halves(text: str) -> list[str]:
+    """At most two lines, as even as its words allow."""
+    widths = range(math.ceil(0.5 * len(text)), len(text) + 1)
+    return next(lines for width in widths if len(lines := textwrap.wrap(text, width)) <= 2)
 
 
 def _projection_symbol(sheet: Sheet, centre: complex) -> None:
