@@ -10,14 +10,16 @@ import numpy as np
 from cycloid_profile.arrays import ComplexArray
 from cycloid_profile.design import DesignRecord
 from cycloid_profile.export.curves import distances
-from cycloid_profile.export.drawing._sheet import SMALL, TEXT, Sheet
+from cycloid_profile.export.drawing._sheet import SMALL, TEXT, Sheet, polar
+from cycloid_profile.export.drawing._symbols import Frame, Roughness, Row, Words, dimension, label
+from cycloid_profile.export.drawing._tolerances import Tolerances
 from cycloid_profile.geometry import ToothProfile, least_radii, over_rollers
 from cycloid_profile.units import UM
 
 _BEYOND = 0.1 * math.pi  # phase shown beyond the roots
 _POINTS = 1201  # chords of the enlarged tooth are invisible on paper
 _WIDEST, _HIGHEST = 146.0, 30.0
-_PIN_SHOWN, _PIN_WIDTH = 60.0, 22.0  # ° on either side of its lowest point, but no wider, mm
+_PIN_SHOWN, _PIN_WIDTH = 60.0, 12.0  # ° on either side of its lowest point, but no wider, mm
 _GRAPH, _HEADROOM = 46 + 34j, 1.15
 
 
@@ -29,11 +31,10 @@ def detail_scale(record: DesignRecord, scales: tuple[float, ...]) -> float:
     return max(fitting, default=min(scales))
 
 
-def draw_detail(sheet: Sheet, record: DesignRecord, at: complex, scale: float, shown: str) -> None:
+def draw_detail(sheet: Sheet, record: DesignRecord, limits: Tolerances, at: complex, scale: float, shown: str) -> None:
     """The tooth between two roots, ``at`` the root level below its tip [mm of paper]."""
     profile, outline = record.profile, record.outline
     lobes, root, tip = profile.trochoid.lobes, outline.root_radius, outline.tip_radius
-    enlarged = scale * sheet.unit
     tooth = _upright_lobe(profile, at, scale)
     sheet.polyline([complex(p) for p in tooth], "PROFILE")
     hub = at - 1j * root * scale
@@ -42,50 +43,60 @@ def draw_detail(sheet: Sheet, record: DesignRecord, at: complex, scale: float, s
     open_deg = math.degrees(half) * 1.3
     for radius, layer in ((root, "THIN"), (tip, "CENTRE")):
         sheet.arc(hub, radius * scale, 90.0 - open_deg, 90.0 + open_deg, layer)
-    _pin(sheet, record, left_root, hub, scale)
-    down = min(left_root.imag, at.imag) - 9.0
+    pin_end = _pin(sheet, record, left_root, hub, scale)
     for end in (left_root, right_root):
         along = (hub - end) / abs(hub - end)
         sheet.line(end - 4.0 * along, end + 4.0 * along, "CENTRE")
-    sheet.dimension(left_root, right_root, complex(at.real, down), 0.0, "<>", enlarged)
-    edge = min(float(np.min(tooth.real)), left_root.real - _PIN_WIDTH) - 6.0
+    chord = 2.0 * root * math.sin(half)
+    dimension(sheet, left_root, right_root, -1j, f"{chord:.3f}")
+    edge = min(float(np.min(tooth.real)), left_root.real - _PIN_WIDTH)
     top = at + 1j * (tip - root) * scale
-    sheet.dimension(complex(at.real, at.imag), top, complex(edge, at.imag), 90.0, "<>", enlarged)
-    _radii(sheet, record, tooth, at, scale, complex(hub.real, hub.imag))
-    sheet.text(complex(at.real, down - 9.5), f"Z ({shown})", 3.5, "CENTER")
-    sheet.text(complex(at.real, down - 14.0), f"pitch 360°/{lobes} = {360.0 / lobes:.5g}°", TEXT, "CENTER")
+    dimension(sheet, complex(edge, at.imag), complex(edge, top.imag), -1.0, f"{tip - root:.3f}")
+    below = float(min(np.min(tooth.imag), left_root.imag)) - 22.0
+    sheet.text(complex(at.real, below), f"Z ({shown})", 3.5, "CENTER")
+    _labels(sheet, record, limits, at, scale, hub)
+    label(sheet, pin_end, [Words(f"pin Ø{2.0 * record.drive.pin_radius:g}")])
 
 
-def _radii(sheet: Sheet, record: DesignRecord, tooth: ComplexArray, at: complex, scale: float, hub: complex) -> None:
-    """Leaders on the right: tip and root radius, least radii of curvature."""
-    outline, least = record.outline, least_radii(record.profile)
-    half = math.pi / record.profile.trochoid.lobes
+def _labels(
+    sheet: Sheet, record: DesignRecord, limits: Tolerances, at: complex, scale: float, hub: complex
+) -> None:  # fmt: skip
+    """Tip and root radius, least radii of curvature, pitch, tolerances and roughness of the flank."""
+    outline, least, lobes = record.outline, least_radii(record.profile), record.profile.trochoid.lobes
+    half = math.pi / lobes
     psi = np.linspace(0.0, math.pi, _POINTS)
     kappa = record.profile.at(psi, np.ones_like(psi)).curvature
     # The flank of rising phase is on the left; the equivalent points of the right one are marked.
-    flank = _on_paper(record.profile, 2.0 * math.pi - psi, at, scale)
+    right = _on_paper(record.profile, 2.0 * math.pi - psi, at, scale)
+    left = _on_paper(record.profile, psi, at, scale)
     tip_at = hub + outline.tip_radius * scale * cmath.rect(1.0, 0.5 * math.pi - 0.25 * half)
     root_at = hub + outline.root_radius * scale * cmath.rect(1.0, 0.5 * math.pi - 1.2 * half)
-    marks = [(tip_at, f"R{outline.tip_radius:.3f} tip"), (complex(flank[int(np.argmin(kappa))]), "")]
-    marks[1] = (marks[1][0], f"least convex R{least.convex:.3f}")
+    found: list[tuple[complex, list[Row]]] = [
+        (tip_at, [Words(f"R{outline.tip_radius:.3f} tip")]),
+        (complex(right[int(np.argmin(kappa))]), [Words(f"least convex R{least.convex:.3f}")]),
+    ]
     if math.isfinite(least.concave):
-        marks.append((complex(flank[int(np.argmax(kappa))]), f"least concave R{least.concave:.3f}"))
-    marks.append((root_at, f"R{outline.root_radius:.3f} root"))
-    right = float(np.max(tooth.real)) + 5.0
-    top = at.imag + 0.5 * (outline.tip_radius - outline.root_radius) * scale + 0.5 * 6.5 * (len(marks) - 1) + 3.0
-    for i, (mark, text) in enumerate(marks):
-        sheet.leader(mark, complex(right, top - 6.5 * i), [text], to_left=False)
+        found.append((complex(right[int(np.argmax(kappa))]), [Words(f"least concave R{least.concave:.3f}")]))
+    found.append((root_at, [Words(f"R{outline.root_radius:.3f} root"), Frame((f"{lobes} × {360.0 / lobes:.6g}°",))]))
+    for tip, rows in found:
+        label(sheet, tip, rows)
+    flank = complex(left[int(0.55 * _POINTS)])
+    label(sheet, flank, [
+        Frame(("profile", f"{limits.profile}", "A"), f"{lobes} ×"),
+        Frame(("runout", f"{limits.runout}", "A"), "roots"),
+        Roughness(record.spec.export.drawing.tooth_roughness_ra_um),
+    ])  # fmt: skip
 
 
-def _pin(sheet: Sheet, record: DesignRecord, root: complex, hub: complex, scale: float) -> None:
-    """The lower part of the pin in the left root."""
+def _pin(sheet: Sheet, record: DesignRecord, root: complex, hub: complex, scale: float) -> complex:
+    """The lower part of the pin in the left root; returns its left end."""
     radius = record.drive.pin_radius
     out = (root - hub) / abs(root - hub)
     centre = hub + out * over_rollers(record.profile, radius).centre_radius * scale
     lowest = math.degrees(cmath.phase(-out))
     shown = min(_PIN_SHOWN, math.degrees(math.asin(min(1.0, _PIN_WIDTH / (radius * scale)))))
     sheet.arc(centre, radius * scale, lowest - shown, lowest + shown, "PINS")
-    sheet.text(root + out * min(radius * scale, 12.0) - 0.5j * SMALL, f"pin φ{2.0 * radius:g}", SMALL, "CENTER")
+    return centre + radius * scale * polar(1.0, lowest - shown)
 
 
 def _upright_lobe(profile: ToothProfile, at: complex, scale: float) -> ComplexArray:

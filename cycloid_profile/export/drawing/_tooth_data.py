@@ -1,13 +1,14 @@
-"""Texts of the drawing: the table of tooth data and the notes."""
+"""Texts of the drawing: title, mass, table of tooth data and notes."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
-from cycloid_profile.design import DesignRecord
+from cycloid_profile.design import DesignRecord, disc_parts
+from cycloid_profile.export.drawing._tolerances import Tolerance, Tolerances
 from cycloid_profile.geometry import OverRollers, least_radii, modification_sizes, over_rollers
-from cycloid_profile.spec.model import DrawingSpec
+from cycloid_profile.spec.model.materials import MATERIALS
 from cycloid_profile.units import UM
 
 _ROLLER_STEP = 0.5  # mm, step of standard roller diameters
@@ -15,8 +16,17 @@ _LARGER, _LARGEST = 1.1, 2.0  # times the concave radius of the root, so that it
 _ON_ROOT, _ON_TIPS = 1e-4, 0.8 * math.pi  # rad
 
 
-@dataclass(frozen=True, slots=True)
-class TableRow:
+class TitleCell(NamedTuple):
+    """One field of the title block: lower left corner and width [mm of paper], label and value."""
+
+    up: float
+    along: float
+    width: float
+    label: str
+    value: str
+
+
+class TableRow(NamedTuple):
     """One line of the table."""
 
     name: str
@@ -24,7 +34,56 @@ class TableRow:
     value: str
 
 
-def tooth_data(record: DesignRecord, fields: DrawingSpec) -> tuple[TableRow, ...]:
+def title(record: DesignRecord) -> str:
+    """Name of the disc, with its number where the discs of the stage differ."""
+    name = f"Cycloid disc {record.spec.name}"
+    return name if len(disc_parts(record.drive, record.outline)) == 1 else f"{name}, disc {record.disc}"
+
+
+def material(record: DesignRecord) -> str:
+    """Name of the disc's material in the spec, else derived from its modulus."""
+    disc = record.spec.materials.disc
+    return disc.name or ("steel" if disc.youngs_modulus_gpa > 150.0 else f"E = {disc.youngs_modulus_gpa:g} GPa")
+
+
+def mass_text(record: DesignRecord) -> str:
+    """Mass of the disc, area times width times density; empty where the density is not known."""
+    disc = record.spec.materials.disc
+    known = {one.name: one.density_kg_per_m3 for one in MATERIALS}
+    usual = known["steel"] if disc.youngs_modulus_gpa > 150.0 else None
+    density = disc.density_kg_per_m3 or known.get(disc.name, usual)
+    if density is None:
+        return ""
+    # kg of mm³ × kg/m³.
+    kilograms = record.outline.area * record.drive.disc_width * density * 1e-9
+    shown = f"{kilograms:.4g} kg" if kilograms >= 0.1 else f"{1e3 * kilograms:.3g} g"
+    return f"{shown} at {density:g} kg/m³"
+
+
+def title_cells(record: DesignRecord, scale: str) -> tuple[TitleCell, ...]:
+    """Fields of the title block."""
+    fields = record.spec.export.drawing
+    return (
+        TitleCell(26, 0, 88, "title", title(record)),
+        TitleCell(26, 88, 46, "drawing number", fields.number),
+        TitleCell(26, 134, 18, "revision", fields.revision),
+        TitleCell(26, 152, 14, "sheet", "1 / 1"),
+        TitleCell(26, 166, 14, "format", "A3"),
+        TitleCell(13, 0, 50, "material", material(record)),
+        TitleCell(13, 50, 58, "heat treatment", fields.heat_treatment),
+        TitleCell(13, 108, 34, "mass", mass_text(record)),
+        TitleCell(13, 142, 20, "scale", scale),
+        TitleCell(13, 162, 18, "units", "mm"),
+        TitleCell(0, 0, 32, "drawn", fields.drawn_by),
+        TitleCell(0, 32, 26, "date", fields.date),
+        TitleCell(0, 58, 28, "checked", ""),
+        TitleCell(0, 86, 28, "approved", ""),
+        TitleCell(0, 114, 36, "general tolerances", fields.general_tolerance),
+        TitleCell(0, 150, 30, "projection, first angle", ""),
+    )
+
+
+def tooth_data(record: DesignRecord, limits: Tolerances) -> tuple[TableRow, ...]:
     """Rows of the table; tolerances without a value are blank lines to fill in."""
     drive, outline, profile = record.drive, record.outline, record.profile
     t = drive.trochoid
@@ -49,12 +108,12 @@ def tooth_data(record: DesignRecord, fields: DrawingSpec) -> tuple[TableRow, ...
         TableRow("least radius, convex", "ρ_a", _radius(least.convex)),
         TableRow("least radius, concave", "ρ_f", _radius(least.concave)),
         *(_over(check) for check in check_sizes(record)),
-        TableRow("profile tolerance", "", _tolerance(fields.profile_tolerance_um)),
-        TableRow("single pitch deviation", "f_p", _tolerance(fields.single_pitch_tolerance_um, "±")),
-        TableRow("cumulative pitch deviation", "F_p", _tolerance(fields.cumulative_pitch_tolerance_um)),
-        TableRow("runout of the teeth", "F_r", _tolerance(fields.runout_tolerance_um)),
-        TableRow("datum for measuring", "A", fields.datum),
-        TableRow("mating pins", "", f"{t.pins} × φ{2.0 * drive.pin_radius:g}"),
+        TableRow("profile, whole zone", "", _tolerance(limits.profile)),
+        TableRow("single pitch deviation", "f_p", _tolerance(limits.single_pitch, "±")),
+        TableRow("cumulative pitch deviation", "F_p", _tolerance(limits.cumulative_pitch)),
+        TableRow("runout of the teeth", "F_r", _tolerance(limits.runout)),
+        TableRow("datum for measuring", "A", record.spec.export.drawing.datum),
+        TableRow("mating pins", "", f"{t.pins} × Ø{2.0 * drive.pin_radius:g}"),
     ]
     return tuple(rows)
 
@@ -72,17 +131,18 @@ def check_sizes(record: DesignRecord) -> tuple[OverRollers, ...]:
     return (nominal, larger) if sensible else (nominal,)
 
 
-def notes(record: DesignRecord, fields: DrawingSpec, digest: str) -> tuple[str, ...]:
+def notes(record: DesignRecord, limits: Tolerances, digest: str) -> tuple[str, ...]:
     """The notes: fixed ones, then those of the spec; ``digest`` is the sha256 of the spec."""
-    tooth, other = fields.tooth_roughness_ra_um, fields.roughness_ra_um
+    fields = record.spec.export.drawing
+    same = "identical" if record.profile.identical_lobes else "different"
     given = [
-        f"Tooth curve: profile.dxf or profile.csv of the same spec (sha256 {digest[:12]}).",
-        f"{_root_1(record)}; {record.drive.trochoid.lobes} "
-        f"{'identical' if record.profile.identical_lobes else 'different'} lobes.",
-        f"Roughness: tooth flanks {_ra(tooth)}, elsewhere {_ra(other)}.",
+        f"Tooth curve: profile.dxf or profile.csv of spec {digest[:12]} (sha256).",
+        f"{_root_1(record)}; {record.drive.trochoid.lobes} {same} lobes.",
+        f"General tolerance {fields.general_tolerance}. Edges broken, teeth at most 0.2 × 45°.",
+        "Framed sizes are theoretically exact (ISO 1101). Sizes at 20 °C.",
         f"Heat treatment: {fields.heat_treatment or '________________'}.",
-        f"Tolerances not stated: {fields.general_tolerance}. Edges broken, tooth edges at most 0.2 × 45°.",
-        "Positive modification removes material; sizes at 20 °C.",
+        "Positive modification removes material.",
+        *limits.notes,
     ]
     return (*given, *fields.notes)
 
@@ -91,12 +151,12 @@ def _root_1(record: DesignRecord) -> str:
     if not record.openings_turn:
         return "Root 1 on the axis through crank or output hole 1"
     turn = math.degrees(record.openings_turn)
-    return f"Disc {record.disc}: crank or output hole 1 {turn:.4f}° anticlockwise of the axis through root 1"
+    return f"Disc {record.disc}: crank or output hole 1 {turn:.4f}° anticlockwise of root 1"
 
 
 def _over(check: OverRollers) -> TableRow:
     seat = "root" if check.seat < _ON_ROOT else f"ψ ±{math.degrees(check.seat):.1f}°"
-    return TableRow(f"over two rollers φ{2.0 * check.roller_radius:g}, on {seat}", "M", _mm(check.size, 4))
+    return TableRow(f"over two rollers Ø{2.0 * check.roller_radius:g}, on {seat}", "M", _mm(check.size, 4))
 
 
 def _mm(value: float, decimals: int = 3) -> str:
@@ -111,9 +171,5 @@ def _radius(value: float) -> str:
     return _mm(value) if math.isfinite(value) else "none"
 
 
-def _tolerance(value_um: float | None, sign: str = "") -> str:
-    return "________" if value_um is None else f"{sign}{value_um * UM:g} mm"
-
-
-def _ra(value_um: float | None) -> str:
-    return "Ra ____" if value_um is None else f"Ra {value_um:g}"
+def _tolerance(tolerance: Tolerance, sign: str = "") -> str:
+    return sign + tolerance.in_unit(" mm")

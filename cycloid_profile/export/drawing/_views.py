@@ -10,17 +10,17 @@ import numpy as np
 
 from cycloid_profile.design import DesignRecord
 from cycloid_profile.export.curves import SplinePiece
-from cycloid_profile.export.drawing._annotation import datum, section_mark, tolerance_frames
 from cycloid_profile.export.drawing._sheet import Sheet, polar
+from cycloid_profile.export.drawing._symbols import Datum, Frame, Row, Words, dimension, label
+from cycloid_profile.export.drawing._tolerances import Tolerances
 from cycloid_profile.export.dxf import add_spline
 from cycloid_profile.geometry import Arc, Contour
-from cycloid_profile.spec.model import DrawingSpec
 from cycloid_profile.units import UM
 
 _UPRIGHT = 0.5 * math.pi
 _CHORDS = 1e-3  # mm, of openings where they are cut
-_LEADER_STEP = 17.0
-_DIMENSION_STEP = 8.0
+_ANGLE = 3.5  # mm outside the tips, where the angle of the holes is dimensioned
+_EVEN = 1e-9  # rad
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,11 +32,12 @@ class ViewLayout:
     section_left: float
 
 
-def draw_front(sheet: Sheet, record: DesignRecord, fields: DrawingSpec, curve: SplinePiece, layout: ViewLayout) -> None:
-    """The disc seen along its axis: tooth, openings, pitch circle, centre lines, leaders to the openings."""
+def draw_front(sheet: Sheet, record: DesignRecord, curve: SplinePiece, layout: ViewLayout) -> None:
+    """The disc seen along its axis: tooth, openings, pitch circle, centre lines, cutting line, axis of hole 1."""
     centre, outline = layout.centre, record.outline
     moved = curve.control_points * 1j + complex(*sheet.at(centre))
     add_spline(sheet.space, replace(curve, control_points=moved))
+    sheet.taken.round_view(centre, layout.radius + 1.0)
     for contour in _upright(outline.contours):
         sheet.contour(contour, centre)
     sheet.circle(centre, record.drive.trochoid.longest_lever / sheet.unit, "PITCH")
@@ -50,9 +51,17 @@ def draw_front(sheet: Sheet, record: DesignRecord, fields: DrawingSpec, curve: S
         for hole in circles:
             out = hole.centre / abs(hole.centre) * (hole.radius + 2.0 * sheet.unit)
             sheet.line(centre + (hole.centre - out) / sheet.unit, centre + (hole.centre + out) / sheet.unit, "CENTRE")
-    _leaders(sheet, record, fields, layout)
-    section_mark(sheet, centre + 1j * (layout.radius + 5.0), 1j)
-    section_mark(sheet, centre - 1j * (layout.radius + 5.0), -1j)
+    for side in (1j, -1j):
+        _section_mark(sheet, centre + (layout.radius + 5.0) * side, side)
+
+
+def _section_mark(sheet: Sheet, at: complex, outward: complex) -> None:
+    """End of the cutting line A–A with the arrow of the viewing direction, to the right."""
+    end = at + 7.0 * outward
+    sheet.line(at, end, "TABLE")
+    sheet.line(end - 9.0, end, "DIMENSIONS")
+    sheet.arrow(end, -1.0)
+    sheet.text(end - 12.0 - 1.7j, "A", 3.5, "CENTER")
 
 
 def _upright(contours: tuple[Contour, ...]) -> tuple[Contour, ...]:
@@ -70,39 +79,97 @@ def _groups(contours: tuple[Contour, ...]) -> list[tuple[float, list[Arc]]]:
     return [(circle_radius, list(found)) for (circle_radius, _), found in grouped]
 
 
-def _leaders(sheet: Sheet, record: DesignRecord, fields: DrawingSpec, layout: ViewLayout) -> None:
-    """Leaders on the left, stacked in the vertical order of their targets."""
-    unit, centre, disc = sheet.unit, layout.centre, record.spec.disc
-    notes: list[tuple[complex, list[str]]] = []
-    for circle_radius, circles in _groups(_upright(record.outline.contours)):
+def label_front(sheet: Sheet, record: DesignRecord, limits: Tolerances, layout: ViewLayout) -> None:
+    """Labels of the front view: datum A, holes and their angle, windows, keyway, pitch circle."""
+    unit, centre = sheet.unit, layout.centre
+    contours = _upright(record.outline.contours)
+    found = [*_datum_feature(record), *_hole_labels(record, contours, limits), *_opening_labels(record, contours)]
+    pitch = record.drive.trochoid.longest_lever
+    found.append((polar(pitch, 205.0), [Frame((f"Ø{2.0 * pitch:.6g}",), "pitch circle")]))
+    # From the top: neighbours then have their labels in the same order.
+    for tip, rows in sorted(found, key=lambda one: (-round(one[0].imag, 6), round(one[0].real, 6))):
+        label(sheet, centre + tip / unit, rows)
+    _hole_angle(sheet, record, limits, layout)
+
+
+_Label = tuple[complex, list[Row]]
+
+
+def _datum_feature(record: DesignRecord) -> list[_Label]:
+    """Bore with its roughness and datum A, the axis of the circle through the roots where there is none."""
+    fields, bore = record.spec.export.drawing, _bore_radius(record)
+    fit = "" if fields.bore_fit is None else f" {fields.bore_fit}"
+    if bore > 0.0:
+        size = Words(f"Ø{2.0 * bore:.6g}{fit}")
+        return [(polar(bore, 35.0), [size, Datum("A")])]
+    return [(1j * record.outline.root_radius, [Words(f"Ø{2.0 * record.outline.root_radius:.3f} root"), Datum("A")])]
+
+
+def _hole_labels(record: DesignRecord, contours: tuple[Contour, ...], limits: Tolerances) -> list[_Label]:
+    """Sizes of equal holes, their exact circle and division, and the tolerance of their position."""
+    fields = record.spec.export.drawing
+    fit = "" if fields.hole_fit is None else f" {fields.hole_fit}"
+    found: list[_Label] = []
+    for circle_radius, circles in _groups(contours):
         hole = min(circles, key=lambda arc: (round(arc.centre.real, 6), -arc.centre.imag))
-        fit = "" if fields.hole_fit is None else f" {fields.hole_fit}"
-        lines = [f"{len(circles)} × φ{2.0 * hole.radius:.6g}{fit}", f"on φ{2.0 * circle_radius:.6g}"]
-        if fields.hole_position_um is not None:
-            lines.append(f"position φ{fields.hole_position_um * UM:g} A")
-        notes.append((centre + (hole.centre + hole.radius * polar(1.0, 160.0)) / unit, lines))
+        rows: list[Row] = [
+            Words(f"{len(circles)} × Ø{2.0 * hole.radius:.6g}{fit}"),
+            Frame((f"Ø{2.0 * circle_radius:.6g}",)),
+        ]
+        if _evenly_spaced(circles):
+            rows.append(Frame((f"{len(circles)} × {360.0 / len(circles):.6g}°",)))
+        rows.append(Frame(("position", f"Ø{limits.hole_position}", "A")))
+        found.append((hole.centre + hole.radius * polar(1.0, 160.0), rows))
+    return found
+
+
+def _evenly_spaced(circles: list[Arc]) -> bool:
+    angles = np.sort(np.angle([arc.centre for arc in circles]))
+    steps = np.diff(angles, append=angles[0] + 2.0 * math.pi)
+    return len(circles) > 1 and bool(np.ptp(steps) < _EVEN)
+
+
+def _opening_labels(record: DesignRecord, contours: tuple[Contour, ...]) -> list[_Label]:
+    """Windows and keyway."""
+    disc, fields = record.spec.disc, record.spec.export.drawing
+    found: list[_Label] = []
     if disc.windows is not None:
         w = disc.windows
-        windows = [contour for contour in _upright(record.outline.contours) if contour.name.startswith("window")]
+        windows = [contour for contour in contours if contour.name.startswith("window")]
         edges = [complex(p) for window in windows for p in window.points(_CHORDS)]
         lines = [f"{w.count} × window {w.span_deg:g}°", f"R{w.inner_radius_mm:g} to R{w.outer_radius_mm:g}"]
         if w.corner_radius_mm is not None:
             lines.append(f"corners R{w.corner_radius_mm:g}")
-        notes.append((centre + min(edges, key=lambda p: p.real) / unit, lines))
+        found.append((min(edges, key=lambda p: p.real), [Words(line) for line in lines]))
     if disc.keyway is not None:
         key = disc.keyway
         at = polar(key.depth_mm + _bore_radius(record), key.first_at_deg + 90.0)
         fit = "" if fields.keyway_fit is None else f" {fields.keyway_fit}"
         many = "" if key.count == 1 else f"{key.count} × "
-        lines = [f"{many}keyway {key.width_mm:g}{fit}", f"height {2.0 * _bore_radius(record) + key.depth_mm:.6g}"]
-        notes.append((centre + at / unit, lines))
-    pitch = record.drive.trochoid.longest_lever
-    notes.append((centre + polar(pitch / unit, 205.0), [f"φ{2.0 * pitch:.6g}", "pitch circle"]))
-    notes.sort(key=lambda note: -note[0].imag)
-    top = centre.imag + 0.5 * _LEADER_STEP * (len(notes) - 1)
-    for i, (tip, lines) in enumerate(notes):
-        knee = complex(centre.real - layout.radius - 7.0, top - _LEADER_STEP * i)
-        sheet.leader(tip, knee, lines, to_left=True)
+        height = f"height {2.0 * _bore_radius(record) + key.depth_mm:.6g}"
+        found.append((at, [Words(f"{many}keyway {key.width_mm:g}{fit}"), Words(height)]))
+    return found
+
+
+def _hole_angle(sheet: Sheet, record: DesignRecord, limits: Tolerances, layout: ViewLayout) -> None:
+    """Angle from the axis through root 1, which is upright, to the nearest axis through a hole."""
+    groups = _groups(_upright(record.outline.contours))
+    holes = [arc.centre for _, circles in groups for arc in circles]
+    if not holes:
+        return
+    nearest = min(holes, key=lambda z: (round(abs(math.degrees(np.angle(z / 1j))), 6), z.real))
+    turn = round(math.degrees(float(np.angle(nearest / 1j))), 6) + 0.0
+    radius = layout.radius + _ANGLE
+    for angle in {0.0, turn}:
+        sheet.line(layout.centre + polar(layout.radius - 4.0, 90.0 + angle),
+                   layout.centre + polar(radius + 1.0, 90.0 + angle), "CENTRE")  # fmt: skip
+    if turn:
+        sheet.arc(layout.centre, radius, 90.0 + min(0.0, turn), 90.0 + max(0.0, turn), "DIMENSIONS")
+        for angle, away in ((0.0, -turn), (turn, turn)):
+            out = polar(1.0, 90.0 + angle)
+            sheet.arrow(layout.centre + radius * out, math.copysign(1.0, away) * 1j * out)
+    text = f"{abs(turn):.6g}° ±{limits.hole_angle_arcmin.in_unit('′')}"
+    label(sheet, layout.centre + polar(radius, 90.0 + 0.5 * turn), [Words(text), Words("hole to axis of root 1")])
 
 
 def _bore_radius(record: DesignRecord) -> float:
@@ -112,13 +179,14 @@ def _bore_radius(record: DesignRecord) -> float:
     return arcs[0].radius if arcs else 0.0
 
 
-def draw_section(sheet: Sheet, record: DesignRecord, fields: DrawingSpec, layout: ViewLayout) -> None:
+def draw_section(sheet: Sheet, record: DesignRecord, layout: ViewLayout) -> None:
     """Section along the vertical axis; teeth are not hatched and are shown up to their tips (ISO 2203)."""
     unit, outline = sheet.unit, record.outline
     left, axis = layout.section_left, layout.centre.imag
     width = record.drive.disc_width / unit
     root, tip = outline.root_radius / unit, outline.tip_radius / unit
     sheet.box(complex(left, axis - tip), complex(width, 2.0 * tip), "PROFILE")
+    sheet.taken.view(complex(left, axis - tip), complex(width, 2.0 * tip))
     edges = sorted([-root, *(y / unit for y in _crossings(outline.contours)), root])
     for low, high in itertools.pairwise(edges):
         if (edges.index(low) % 2) == 0:
@@ -129,26 +197,26 @@ def draw_section(sheet: Sheet, record: DesignRecord, fields: DrawingSpec, layout
     for y, layer in ((0.0, "CENTRE"), (pitch, "PITCH"), (-pitch, "PITCH")):
         sheet.line(complex(left - 3.0, axis + y), complex(left + width + 3.0, axis + y), layer)
     sheet.text(complex(left + 0.5 * width, axis + tip + 17.0), "A–A", 3.5, "CENTER")
-    _section_dimensions(sheet, record, fields, complex(left, axis), width)
-    tolerance_frames(sheet, complex(left, axis - tip), fields)
+    _section_dimensions(sheet, record, complex(left, axis), width)
 
 
-def _section_dimensions(sheet: Sheet, record: DesignRecord, fields: DrawingSpec, corner: complex, width: float) -> None:
-    unit, outline = sheet.unit, record.outline
+def _section_dimensions(sheet: Sheet, record: DesignRecord, corner: complex, width: float) -> None:
+    """Root, tip and width."""
+    outline, tolerance = record.outline, record.spec.export.drawing.width_tolerance_um
     right = corner + width
-    bore = _bore_radius(record)
-    fit = "" if fields.bore_fit is None else f" {fields.bore_fit}"
-    sizes = [(bore, f"φ<>{fit}"), (outline.root_radius, "φ<> root"), (outline.tip_radius, "φ<> tip")]
-    for i, (radius, text) in enumerate((radius, text) for radius, text in sizes if radius > 0.0):
-        at = right + _DIMENSION_STEP * (i + 1) + 1.0
-        half = 1j * radius / unit
-        sheet.dimension(right - half, right + half, at, 90.0, text)
-        if radius == bore:
-            datum(sheet, at - half, "A")
-    tolerance = fields.width_tolerance_um
-    text = "<>" if tolerance is None else f"<> ±{tolerance * UM:g}"
-    top = corner + 1j * outline.tip_radius / unit
-    sheet.dimension(top, top + width, top + 9.0j, 0.0, text)
+    for radius, name in ((outline.root_radius, "root"), (outline.tip_radius, "tip")):
+        half = 1j * radius / sheet.unit
+        dimension(sheet, right - half, right + half, 1.0, f"Ø{2.0 * radius:.3f} {name}")
+    text = f"{record.drive.disc_width:.6g}" + ("" if tolerance is None else f" ±{tolerance * UM:g}")
+    top = corner + 1j * outline.tip_radius / sheet.unit
+    dimension(sheet, top, top + width, 1j, text)
+
+
+def label_section(sheet: Sheet, record: DesignRecord, limits: Tolerances, layout: ViewLayout) -> None:
+    """Perpendicularity of a face."""
+    height = 0.5 * (layout.radius + record.outline.root_radius / sheet.unit)
+    at = complex(layout.section_left, layout.centre.imag - height)
+    label(sheet, at, [Frame(("perpendicularity", f"{limits.perpendicularity}", "A"))])
 
 
 def _crossings(contours: tuple[Contour, ...]) -> list[float]:

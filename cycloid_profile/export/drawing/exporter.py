@@ -12,9 +12,11 @@ from cycloid_profile.errors import ExportError
 from cycloid_profile.export.curves import FIT_SHARE, deviation_both_ways, disc_splines, joined
 from cycloid_profile.export.drawing._annotation import draw_frame, draw_notes, draw_table, draw_title
 from cycloid_profile.export.drawing._detail import detail_scale, draw_detail, draw_removal
-from cycloid_profile.export.drawing._sheet import Sheet, new_sheet, polar, print_drawing, use_own_font
-from cycloid_profile.export.drawing._tooth_data import notes, tooth_data
-from cycloid_profile.export.drawing._views import ViewLayout, draw_front, draw_section
+from cycloid_profile.export.drawing._sheet import Sheet, new_sheet, polar, print_drawing
+from cycloid_profile.export.drawing._symbols import Roughness
+from cycloid_profile.export.drawing._tolerances import tolerances
+from cycloid_profile.export.drawing._tooth_data import notes, title_cells, tooth_data
+from cycloid_profile.export.drawing._views import ViewLayout, draw_front, draw_section, label_front, label_section
 from cycloid_profile.export.dxf import read_dxf_profile, repeatable_bytes, save
 from cycloid_profile.export.writing import WrittenFile
 from cycloid_profile.spec import format_spec
@@ -46,7 +48,6 @@ class DrawingExporter:
         """
         tolerance = record.spec.export.chord_tolerance_um * UM
         paths = [folder / name for name in self.filenames]
-        use_own_font()
         with repeatable_bytes():
             sheet, centre = draw_sheet(record)
             save(sheet.doc, paths[0])
@@ -65,36 +66,35 @@ def draw_sheet(record: DesignRecord) -> tuple[Sheet, complex]:
 
     Raises ``ExportError`` if no standard scale fits the sheet.
     """
-    fields = record.spec.export.drawing
+    limits = tolerances(record)
     scale = _scale(record)
     sheet = new_sheet(1.0 / scale)
     radius = record.outline.tip_radius * scale
     centre = complex(_LEADERS + radius, _AXIS)
     layout = ViewLayout(centre, radius, centre.real + radius + _BETWEEN)
     curve = joined(disc_splines(record.profile, _DEGREE, FIT_SHARE * record.spec.export.chord_tolerance_um * UM))
-    draw_frame(sheet)
-    draw_front(sheet, record, fields, curve, layout)
-    draw_section(sheet, record, fields, layout)
-    enlarged = detail_scale(record, SCALES)
-    _mark_detail(sheet, record, layout)
-    draw_detail(sheet, record, 106 + 54j, enlarged, scale_text(enlarged))
-    draw_removal(sheet, record, 238 + 66j)
     digest = hashlib.sha256(format_spec(record.spec).encode("utf-8")).hexdigest()
-    draw_notes(sheet, notes(record, fields, digest), 292 + 96j, 114.0)
-    draw_table(sheet, tooth_data(record, fields), 410 + 287j, 120.0)
-    draw_title(sheet, record, fields, scale_text(scale), material(record))
+    enlarged = detail_scale(record, SCALES)
+    # Fixed places first; labels then find theirs.
+    draw_frame(sheet)
+    fields = record.spec.export.drawing
+    surfaces = Roughness(fields.tooth_roughness_ra_um), Roughness(fields.roughness_ra_um)
+    draw_title(sheet, title_cells(record, scale_text(scale)), *surfaces)
+    draw_table(sheet, tooth_data(record, limits), 410 + 287j, 120.0)
+    draw_notes(sheet, notes(record, limits, digest), 292 + 106j, 114.0)
+    draw_removal(sheet, record, 238 + 72j)
+    draw_front(sheet, record, curve, layout)
+    _mark_detail(sheet, record, layout)
+    draw_section(sheet, record, layout)
+    draw_detail(sheet, record, limits, 110 + 60j, enlarged, scale_text(enlarged))
+    label_section(sheet, record, limits, layout)
+    label_front(sheet, record, limits, layout)
     return sheet, complex(*sheet.at(centre))
 
 
 def scale_text(scale: float) -> str:
     """A scale in the form of ISO 5455, such as 5:1 or 1:2."""
     return f"{scale:g}:1" if scale >= 1.0 else f"1:{1.0 / scale:g}"
-
-
-def material(record: DesignRecord) -> str:
-    """Name of the disc's material in the spec, else derived from its modulus."""
-    disc = record.spec.materials.disc
-    return disc.name or ("steel" if disc.youngs_modulus_gpa > 150.0 else f"E = {disc.youngs_modulus_gpa:g} GPa")
 
 
 def _scale(record: DesignRecord) -> float:

@@ -21,8 +21,8 @@ VERSION = "R2010"
 _MILLIMETRES = 4
 _TEXT_PER_RADIUS = 1.0 / 30.0  # legible where the whole disc fills a screen
 
-# Strokes and gaps in mm: long dash, gap, short dash, gap.
-LINETYPES = {"CENTRE": (12.0, -2.0, 1.0, -2.0), "DASHED": (4.0, -1.5), "PHANTOM": (12.0, -1.5, 2.0, -1.5, 2.0, -1.5)}
+# Strokes and gaps in mm: long dash, gap, short dash, gap. LibreCAD draws the names it knows, others continuous.
+LINETYPES = {"CENTER": (12.0, -2.0, 1.0, -2.0), "DASHED": (4.0, -1.5), "DIVIDE": (12.0, -1.5, 2.0, -1.5, 2.0, -1.5)}
 # Of coordinates [mm], and of bulges, which multiply them.
 _DECIMALS, _BULGE_DECIMALS = 9, 13
 
@@ -39,10 +39,10 @@ class Layer:
 
 LAYERS = (
     Layer("PROFILE", 7, lineweight=50),
-    Layer("PITCH", 3, "CENTRE"),
+    Layer("PITCH", 3, "CENTER"),
     Layer("HOLES", 5, lineweight=50),
-    Layer("CENTRE", 1, "CENTRE"),
-    Layer("PINS", 8, "PHANTOM"),
+    Layer("CENTRE", 1, "CENTER"),
+    Layer("PINS", 8, "DIVIDE"),
     Layer("TEXT", 2),
 )
 

@@ -180,6 +180,9 @@ class DrawingSpec(Table, frozen=True):
     """Fields, tolerances and notes of the drawing."""
 
     number: Annotated[str, _text("Number of the drawing.")] = ""
+    revision: Annotated[
+        str, key("Revision of the drawing.", "give a short text", max_length=10, pattern=_TEXT["pattern"])
+    ] = "0"
     drawn_by: Annotated[str, _text("Who has drawn it.")] = ""
     date: Annotated[
         str, _text("Date field; empty unless given, so that files are reproducible.", "give a date as text")
@@ -198,6 +201,15 @@ class DrawingSpec(Table, frozen=True):
     hole_fit: Annotated[str, _fit("Tolerance class of crank and output holes.")] | None = None
     keyway_fit: Annotated[str, _fit("Tolerance class of the keyway's width.")] | None = None
     hole_position_um: Annotated[float, _tolerance("Position tolerance of the holes, a diameter [µm].")] | None = None
+    hole_angle_tolerance_arcmin: (
+        Annotated[
+            float, key("Tolerance of the angle from root 1 to the holes, ± [arcmin].", "give some arcmin", gt=0, le=600)
+        ]
+        | None
+    ) = None
+    perpendicularity_um: (
+        Annotated[float, _tolerance("Perpendicularity of the faces to the datum, whole zone [µm].")] | None
+    ) = None
     width_tolerance_um: Annotated[float, _tolerance("Tolerance of the width, ± [µm].")] | None = None
     profile_tolerance_um: Annotated[float, _tolerance("Profile tolerance of the tooth, whole zone [µm].")] | None = None
     single_pitch_tolerance_um: Annotated[float, _tolerance("Single pitch deviation, ± [µm].")] | None = None

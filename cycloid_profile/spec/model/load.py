@@ -27,6 +27,18 @@ class MaterialSpec(Table, frozen=True):
             "Name shown in drawings and STEP files; absent: steel, or its modulus.", "give a short name", max_length=40
         ),
     ] = ""
+    density_kg_per_m3: (
+        Annotated[
+            float,
+            key(
+                "Density for the mass on the drawing [kg/m³]; absent: that of the material's name.",
+                "steel has 7850",
+                gt=0,
+                le=3e4,
+            ),
+        ]
+        | None
+    ) = None
 
 
 class MaterialsSpec(Table, frozen=True):
