@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 REPORT = "report.html"
 PLOTS = "plots"
-_LONG = 24  # characters of a cell that folds
+_LONG, _SHORT = 24, 12  # characters of cells that fold, and that never do
 ARM = 100.0  # mm, an arm on the output at whose end an angle is shown as a length
 
 
@@ -141,13 +141,12 @@ def _environment() -> Environment:
 
 
 def _column_classes(table: PlainTable) -> list[str]:
-    """CSS class of each column: ``n`` of numbers, flush right and never the first; ``t`` of long texts, else none."""
-    columns = zip(*table.rows, strict=True) if table.rows else [()] * len(table.head)
-    return [
-        "n"
-        if at > 0 and any(cells) and all(map(is_number, cells))
-        else "t"
-        if max(map(len, cells), default=0) > _LONG
-        else ""
-        for at, cells in enumerate(columns)
-    ]
+    """CSS class of each column: ``n`` of numbers, flush right and never the first; ``t`` of long texts, which fold;
+    ``s`` of short ones, such as units, which do not; else none.
+    """
+    classes = []
+    for at, cells in enumerate(zip(*table.rows, strict=True) if table.rows else [()] * len(table.head)):
+        longest = max(map(len, cells), default=0)
+        numbers = at > 0 and any(cells) and all(map(is_number, cells))
+        classes.append("n" if numbers else "t" if longest > _LONG else "s" if longest <= _SHORT else "")
+    return classes
