@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -17,10 +18,12 @@ from cycloid_profile.cli.main import run
 from cycloid_profile.design import CheckStatus
 from cycloid_profile.export.inspection import CheckResult, Inspection
 from cycloid_profile.report import TERMS, inspection_meaning, inspection_verdict
-from cycloid_profile.report.design import design_verdict
-from cycloid_profile.report.diagnosis import correction_verdict, odds
+from cycloid_profile.report.design import design_meaning, design_verdict
+from cycloid_profile.report.diagnosis import correction_verdict, diagnosis_meaning, odds
 from cycloid_profile.report.page import at_an_arm, figure_table
 from cycloid_profile.report.terms import explained
+from cycloid_profile.report.tolerance.text import yield_tables
+from cycloid_profile.tolerance.inputs import Limit
 from tests.report.pages import Page, read_page
 
 ROOT = Path(__file__).parents[2]
@@ -202,3 +205,48 @@ def test_the_verdict_of_a_correction_names_what_remains() -> None:
     whole = correction_verdict({**values, "not_ground_away": []}).sentence
     assert whole == "The corrected program of disc 2 removes disc oval."
     assert "but not 1 other error" in correction_verdict({**values, "not_ground_away": ["chatter"]}).sentence
+
+
+def test_a_drive_that_binds_has_no_free_motion() -> None:
+    figures: dict[str, Any] = {
+        "conventional": {"backlash_arcmin": 1.0},
+        "compensated": {"backlash_arcmin": -0.5, "transmission_error_arcsec": None},
+        "compensation": {"applied": False},
+        "under_load": {"twist_arcmin": float("nan"), "output_speed_rpm": 15.0},
+        "rated_torque_nm": 10.0,
+        "strength": {"crank_bearing_life_h": None},
+        "losses": {"likely": {"heat_w": 1.0}},
+    }
+    free, twist, *_ = design_meaning(figures)
+    assert "binds" in free
+    assert "by hand" not in free
+    assert "–" in twist
+
+
+def test_gaps_of_angles_are_also_lengths() -> None:
+    gap = SimpleNamespace(
+        recording=SimpleNamespace(name="loop.csv", unit="arcsec"), noise=6.0, fit_before=12.0, fit_after=6.0,
+        held_out_before=18.0, held_out_after=6.0,
+    )  # fmt: skip
+    gap_only_fitted = SimpleNamespace(**{**vars(gap), "held_out_before": float("nan"), "held_out_after": float("nan")})
+    sentences = diagnosis_meaning(SimpleNamespace(gaps=[gap, gap_only_fitted], effects=[]))  # type: ignore[arg-type]
+    assert "no part in the fit differ by 3.00 times the noise." in sentences[0]
+    # 6″ = 0.1′ = 29.1 µrad, 2.91 µm at 100 mm.
+    assert "2.91 µm at the end of a 100 mm arm" in sentences[1]
+    assert "differ by 2.00 times the noise." in sentences[2]
+
+
+def test_a_study_of_fewer_limits_does_not_claim_all_of_them() -> None:
+    def study(samples: int, *limits: Limit) -> SimpleNamespace:
+        share = SimpleNamespace(value=0.5, low=0.4, high=0.6)
+        every = [SimpleNamespace(limit=limit, share=share) for limit in (*limits, None)]
+        return SimpleNamespace(samples=samples, yields=every)
+
+    backlash, motion = Limit("backlash_arcmin", at_most=0.65), Limit("lost_motion_arcmin", at_most=0.85)
+    least = Limit("least_backlash_arcmin", at_least=0.0)
+    record = SimpleNamespace(summaries=[study(1000, backlash, least), study(40, backlash, least, motion)])
+    (table,) = yield_tables(record)  # type: ignore[arg-type]
+    names = [row[0] for row in table.rows]
+    assert names[2] == "these 2 limits together"
+    assert names[-1] == "all limits together"
+    assert names[0] == "backlash ≤ 0.65′"

@@ -43,7 +43,8 @@ def design_meaning(figures: Mapping[str, Any]) -> list[str]:
     before, after, loaded = figures["conventional"], figures["compensated"], figures["under_load"]
     play, error, twist = after["backlash_arcmin"], after["transmission_error_arcsec"], loaded["twist_arcmin"]
     torque = figure_text(figures["rated_torque_nm"], "N·m")
-    sentences = [f"Backlash {_angle(play, '′')} = {at_an_arm(play)}: the output moves so far by hand, without load."]
+    free = "the output moves so far by hand, without load" if play > 0.0 else "pins and disc overlap, the drive binds"
+    sentences = [f"Backlash {_angle(play, '′')} = {at_an_arm(play)}: {free}."]
     if figures["compensation"]["applied"]:
         sentences.insert(
             0,
