@@ -118,8 +118,8 @@ TERMS = (
 )
 
 _FOUND = re.compile(r"(?<!\w)(?:" + "|".join(f"(?P<t{i}>{one.pattern})" for i, one in enumerate(TERMS)) + r")(?!\w)")
-# Text of these elements is left as it is, and so is every tag.
-_KEPT = re.compile(r"(<(?P<kept>svg|style|title|h1|a|abbr|code)\b.*?</(?P=kept)>|<[^>]*>)", re.DOTALL)
+# Text of these elements is left as it is, the verdict among them, and so is every tag.
+_KEPT = re.compile(r"(<(?P<kept>svg|style|title|h1|strong|a|abbr|code)\b.*?</(?P=kept)>|<[^>]*>)", re.DOTALL)
 
 
 def explained(page: str) -> tuple[str, list[Term]]:
