@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import io
 import math
+import re
 from collections.abc import Mapping, Sequence
 from importlib import import_module
 from typing import Any, NamedTuple
@@ -15,6 +16,7 @@ MOST_FIGURES = 14  # a notebook cell without a scroll bar
 _WIDEST = 96  # characters of a value
 # Signs of angles follow their number without a space.
 _CLOSE = ("", "°", "′", "″")
+_NUMBER = re.compile(r"^[+\-−–±<>≤≥]?\s?[\d.,]*\d|^[–-]?$")
 
 
 class Described:
@@ -66,11 +68,21 @@ def labelled(rows: Sequence[FigureRow], figures: Mapping[str, Any]) -> dict[str,
 
 
 def figure_text(value: float | None, unit: str = "", digits: int = 4) -> str:
-    """A figure with ``digits`` significant digits and its unit; a dash where it is None or not finite."""
+    """A figure with ``digits`` significant digits and its unit; a dash where it is None or not finite.
+
+    Large figures are whole numbers with commas, not powers of ten.
+    """
     if value is None or not math.isfinite(value):
         return "–"
+    if 10.0**digits <= abs(value) < 1e9:
+        return with_unit(f"{float(f'{value:.{digits}g}'):,.0f}", unit)
     # Rounding errors of a perfect fit are printed as the zero they are.
     return with_unit(f"{0.0 if abs(value) < 1e-9 else value:.{digits}g}", unit)
+
+
+def is_number(cell: str) -> bool:
+    """Whether a cell begins with a number, or stands for a missing one."""
+    return _NUMBER.match(cell) is not None
 
 
 def finite(value: float) -> float | None:

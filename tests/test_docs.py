@@ -6,7 +6,9 @@ import re
 import tomllib
 from functools import cache
 from pathlib import Path
+from typing import Any
 
+import jinja2
 import pytest
 import yaml
 
@@ -15,6 +17,7 @@ from tests.script_modules import ROOT, script
 DOCS = ROOT / "docs"
 GUIDES = sorted((DOCS / "guides").glob("*.md"))
 PAGES = sorted([*DOCS.rglob("*.md"), *ROOT.glob("*.md")])
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 LARGEST_PICTURE = 150_000
 NUMBER = re.compile(r"\d+(?:[.,]\d+)*(?:e-?\d+)?")
 
@@ -117,23 +120,47 @@ def test_pages_name_rooms_that_exist() -> None:
 
 def test_yaml_of_the_repository_parses() -> None:
     files = [*(ROOT / ".github").rglob("*.yml"), ROOT / "mkdocs.yml", ROOT / "CITATION.cff"]
-    assert len(files) == 5
+    assert len(files) == 7
     for path in files:
         assert isinstance(yaml.safe_load(path.read_text(encoding="utf-8")), dict), path.name
 
 
-def test_workflow_runs_the_checks_on_linux_and_the_tests_on_windows() -> None:
-    jobs = yaml.safe_load((ROOT / ".github" / "workflows" / "ci.yml").read_text(encoding="utf-8"))["jobs"]
-    steps = {name: [step.get("run", "") for step in job["steps"]] for name, job in jobs.items()}
-    assert steps["linux"][-1] == ".ci/run"
-    assert steps["windows"][-1] == "python -m pytest"
-    oldest = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["requires-python"]
-    assert oldest == f">={jobs['linux']['strategy']['matrix']['python'][0]}"
-    assert len(jobs["linux"]["strategy"]["matrix"]["python"]) > 1
+def workflow(name: str) -> dict[str, Any]:
+    """Jobs of a workflow."""
+    jobs = yaml.safe_load((ROOT / ".github" / "workflows" / name).read_text(encoding="utf-8"))["jobs"]
+    assert isinstance(jobs, dict)
+    return jobs
+
+
+def test_workflow_runs_the_checks_on_linux() -> None:
+    assert [step.get("run", "") for step in workflow("ci.yml")["linux"]["steps"]][-1] == ".ci/run"
+
+
+def test_workflow_runs_the_readmes_command_on_three_systems_and_every_python() -> None:
+    job = workflow("tests.yml")["tests"]
+    commands = [step["run"] for step in job["steps"] if "pytest" in step.get("run", "")]
+    (readme,) = re.findall(r"```bash\n(.*pytest)\n```", (ROOT / "README.md").read_text(encoding="utf-8"))
+    assert commands[0] == readme
+    assert commands[1] == readme.replace("python3", "python").replace(".venv/bin", ".venv/Scripts")
+    matrix = job["strategy"]["matrix"]
+    assert matrix["system"] == ["ubuntu", "windows", "macos"]
+    assert f">={matrix['python'][0]}" == PROJECT["requires-python"]
+    assert len(matrix["python"]) == len(set(matrix["python"])) >= 4
+
+
+def test_conda_recipe_asks_for_the_same_libraries() -> None:
+    text = (ROOT / "recipe" / "meta.yaml").read_text(encoding="utf-8")
+    recipe = yaml.safe_load(jinja2.Template(text).render(load_file_data=lambda *_, **__: {"project": PROJECT}))
+    assert recipe["package"]["version"] == PROJECT["version"]
+    assert recipe["build"]["entry_points"] == [" = ".join(*PROJECT["scripts"].items())]
+    other_names = {"matplotlib": "matplotlib-base", "lib3mf": "lib3mf-python"}
+    wanted = [f"python{PROJECT['requires-python']}", *PROJECT["dependencies"]]
+    named = [re.split(r"(?=>=)", one) for one in wanted]
+    assert recipe["requirements"]["run"] == [f"{other_names.get(name, name)} {bound}" for name, bound in named]
 
 
 def test_versions_agree() -> None:
-    version = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
+    version = PROJECT["version"]
     assert yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))["version"] == version
     sections = re.split(r"^## ", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), flags=re.MULTILINE)[1:]
     assert sections[0].startswith(f"{version}\n")

@@ -6,9 +6,11 @@ from cycloid_profile.cli.output._options import (
     Force,
     Json,
     OutFolder,
+    Pdf,
     Plugins,
     Quiet,
     SpecFile,
+    checked_pdf,
     output_folder,
     protection_of,
     read_with_plugins,
@@ -22,6 +24,7 @@ def build(
     *,
     out: OutFolder = None,
     json: Json = None,
+    pdf: Pdf = False,
     force: Force = False,
     plugin: Plugins = (),
     quiet: Quiet = False,
@@ -35,6 +38,7 @@ def build(
     from cycloid_profile.report.design import REPORT, build_package, terminal_tables, warnings
 
     folder = output_folder(out, spec)
+    checked_pdf(pdf)
     protection = protection_of(force, spec, *plugin, json=json)
     with progress(quiet) as show_step:
         show_step("reading the spec")
@@ -42,7 +46,7 @@ def build(
         show_step("computing load sharing and compensation")
         with CadProcess(wanted.export.formats) as process:
             record = design_disc(wanted)
-            skipped = build_package(record, folder, show_step, protection, process)
+            skipped = build_package(record, folder, show_step, protection, process, pdf)
     figures = summary(record) | {"out": str(folder), "skipped": skipped}
     warn(*(f"{', '.join(exporter_for(name).filenames)} not written: {reason}" for name, reason in skipped.items()))
     if not printed_as_json(figures, json, protection):

@@ -11,8 +11,10 @@ from cycloid_profile.cli.output._options import (
     Columns,
     Force,
     Json,
+    Pdf,
     Plugins,
     Quiet,
+    checked_pdf,
     keep_columns,
     output_folder,
     protection_of,
@@ -42,6 +44,7 @@ def correct(
     ] = False,
     columns: Columns = (),
     json: Json = None,
+    pdf: Pdf = False,
     force: Force = False,
     plugin: Plugins = (),
     quiet: Quiet = False,
@@ -59,6 +62,7 @@ def correct(
     """
     from cycloid_profile.report.diagnosis import correct_scans, correction_sentences, correction_tables
 
+    checked_pdf(pdf)
     require_files(scans, "profile scans")
     protection = protection_of(force, spec, *scans, *plugin, json=json)
     folder = output_folder(out, spec, "correct")
@@ -74,6 +78,7 @@ def correct(
             remainder=remainder,
             progress=show_step,
             protection=protection,
+            pdf=pdf,
         )
     keep_columns(scans, columns, quiet)
     printed = printed_as_json(values, json, protection)

@@ -13,8 +13,10 @@ from cycloid_profile.cli.output._options import (
     Force,
     Json,
     OutFolder,
+    Pdf,
     Plugins,
     Quiet,
+    checked_pdf,
     keep_columns,
     output_folder,
     protection_of,
@@ -44,6 +46,7 @@ def diagnose(
         Parameter(consume_multiple=True, help="Files of the same specimen before: run-in, preload, regrinding."),
     ] = (),
     plan: Annotated[bool, Parameter(help="Print the effect sizes each measurement can detect; needs no data.")] = False,
+    pdf: Pdf = False,
     force: Force = False,
     plugin: Plugins = (),
     quiet: Quiet = False,
@@ -59,6 +62,7 @@ def diagnose(
     data
         Measured files (CSV), also of other programs, explained together.
     """
+    checked_pdf(pdf)
     protection = protection_of(force, spec, *data, *held_out, *against, *plugin, json=json)
     if plan:
         return _plan_measurements(spec, plugin, output_folder(out, spec) / "diagnosis", protection, quiet)
@@ -88,7 +92,7 @@ def diagnose(
             known = None if disc is None else [disc - 1] * len(earlier)
             changes = compare_diagnoses(diagnose_files(reducer, earlier, known, (), show_step), result, show_step)
         files = {file.name: file.read_bytes() for file in data}
-        written = write_diagnosis(result, wanted.name, spec, files, folder, show_step, changes, protection)
+        written = write_diagnosis(result, wanted.name, spec, files, folder, show_step, changes, protection, pdf)
     keep_columns([*data, *held_out, *against], columns, quiet)
     values = diagnosis_json(result, wanted.name)
     if changes is not None:

@@ -11,8 +11,10 @@ from cycloid_profile.cli.output._options import (
     Columns,
     Force,
     Json,
+    Pdf,
     Plugins,
     Quiet,
+    checked_pdf,
     keep_columns,
     output_folder,
     protection_of,
@@ -32,6 +34,7 @@ def inspect(
     ] = None,
     columns: Columns = (),
     json: Json = None,
+    pdf: Pdf = False,
     force: Force = False,
     plugin: Plugins = (),
     quiet: Quiet = False,
@@ -50,6 +53,7 @@ def inspect(
     from cycloid_profile.design import design_disc
     from cycloid_profile.report import inspection_table, inspection_to_json, write_inspection
 
+    checked_pdf(pdf)
     protection = protection_of(force, spec, scan, *plugin, json=json)
     folder = output_folder(out, spec, "inspect")
     with progress(quiet) as show_step:
@@ -58,7 +62,7 @@ def inspect(
         show_step("computing the nominal tooth")
         record = design_disc(wanted)
         show_step(f"evaluating {measured.name}")
-        result = write_inspection(record, measured, folder, protection)
+        result = write_inspection(record, measured, folder, protection, pdf)
     keep_columns([scan], columns, quiet)
     if not printed_as_json(inspection_to_json(wanted.name, result), json, protection):
         print_tables([inspection_table(wanted.name, result)])

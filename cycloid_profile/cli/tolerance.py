@@ -11,8 +11,10 @@ from cycloid_profile.cli.output._options import (
     Force,
     Json,
     OutFolder,
+    Pdf,
     Plugins,
     Quiet,
+    checked_pdf,
     output_folder,
     protection_of,
     read_with_plugins,
@@ -41,6 +43,7 @@ def tolerance(
     ] = None,
     threads: Annotated[int | None, Parameter(help="Number of threads on this machine, default one per core.")] = None,
     json: Json = None,
+    pdf: Pdf = False,
     force: Force = False,
     plugin: Plugins = (),
     quiet: Quiet = False,
@@ -67,6 +70,7 @@ def tolerance(
     )
     from cycloid_profile.tolerance.study import Cluster, Threads, Workers
 
+    checked_pdf(pdf)
     protection = protection_of(force, spec, *plugin, json=json)
     changed = {"samples": samples, "loaded_samples": loaded_samples, "seed": seed, "sequence": sequence}
     wanted = with_tolerance_values(read_with_plugins(spec, plugin), changed)
@@ -74,7 +78,7 @@ def tolerance(
     workers: Workers = Threads(threads) if scheduler is None else Cluster(scheduler)
     with progress(quiet) as show_step:
         record = tolerance_record(wanted, folder / "samples", workers, allocate, show_step)
-        report = write_tolerance(record, folder, show_step, protection)
+        report = write_tolerance(record, folder, show_step, protection, pdf)
     if printed_as_json(to_json(record) | {"report": str(report)}, json, protection):
         return 0
     print_text(f"{wanted.name}: {headline(record)}", "")

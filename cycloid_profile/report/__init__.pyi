@@ -8,8 +8,11 @@ from .design import export_package as export_package
 from .diagnosis import correct_scans as correct_scans
 from .diagnosis import spec_with_effects as spec_with_effects
 from .diagnosis import write_diagnosis as write_diagnosis
+from .inspection import inspection_meaning as inspection_meaning
+from .inspection import inspection_report as inspection_report
 from .inspection import inspection_table as inspection_table
 from .inspection import inspection_to_json as inspection_to_json
+from .inspection import inspection_verdict as inspection_verdict
 from .inspection import write_inspection as write_inspection
 from .measured import ComparedFile as ComparedFile
 from .measured import comparison_table as comparison_table
@@ -19,4 +22,9 @@ from .measured import key_figure_table as key_figure_table
 from .measured import write_comparison as write_comparison
 from .measured import write_measurement as write_measurement
 from .page import REPORT as REPORT
+from .page import Verdict as Verdict
+from .pdf import require_pdf as require_pdf
+from .pdf import write_pdf as write_pdf
+from .terms import TERMS as TERMS
+from .terms import Term as Term
 from .tolerance import write_tolerance as write_tolerance

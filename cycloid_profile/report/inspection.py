@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,18 +14,24 @@ from cycloid_profile.errors import MeasurementError
 from cycloid_profile.export.inspection import FLANKS, CheckResult, Inspection, inspect_scan
 from cycloid_profile.export.writing import PROTECTED, Protection, atomic_folder
 from cycloid_profile.measurement import PROFILE_SCAN, Measurement
-from cycloid_profile.report.page import inline_svg, json_text, template, write_text
+from cycloid_profile.report.page import Verdict, json_text, pdf_name, picture, render, write_report, write_text
 from cycloid_profile.units import UM
 
 INSPECTION_PAGE = "inspection.html"
 _NAME = "inspection"
+_CAPTION = (
+    "Profile band, pitch and radial position over the lobes; dashed: tolerances. "
+    "Flanks are named as seen from the upper face with the tooth's tip up."
+)
+_COVERAGE = 2.0  # standard deviations of an expanded uncertainty
 _RESULT = {True: "passed", False: "failed", None: "not shown"}
 
 
 def write_inspection(
-    record: DesignRecord, scan: Measurement, folder: Path, protection: Protection = PROTECTED
+    record: DesignRecord, scan: Measurement, folder: Path, protection: Protection = PROTECTED, pdf: bool = False
 ) -> Inspection:
-    """Inspect a scan and write page, picture, JSON and a table of all flanks into ``folder``.
+    """Inspect a scan and write page, picture, JSON and a table of all flanks into ``folder``; ``pdf``: the page as PDF,
+    too.
 
     Raises ``MeasurementError`` for a file that is no profile scan, or as ``inspect_scan``.
     """
@@ -33,14 +40,65 @@ def write_inspection(
     spec = record.spec
     result = inspect_scan(record, scan, quality_of(spec.quality, record.case.disc_material.youngs_modulus))
     with atomic_folder(folder, protection) as scratch:
-        _, svg = plot.save(plot.inspection_chart(result, name=spec.name), scratch, _NAME)
+        plot.save(plot.inspection_chart(result, name=spec.name), scratch, _NAME)
         write_text(scratch / f"{_NAME}.csv", flank_rows(result))
         write_text(scratch / f"{_NAME}.json", json_text(inspection_to_json(spec.name, result)))
-        page = template("inspection.html.j2").render(
-            name=spec.name, result=result, table=inspection_table(spec.name, result), picture=inline_svg(svg, "i")
-        )
-        write_text(scratch / INSPECTION_PAGE, page)
+        write_report(scratch, INSPECTION_PAGE, inspection_report(spec.name, result, scratch, pdf), pdf)
     return result
+
+
+def inspection_report(name: str, result: Inspection, folder: Path, pdf: bool = False) -> str:
+    """HTML text of the report, with the picture and links of the files in ``folder``; ``pdf``: one is written next to
+    it.
+    """
+    return render(
+        "inspection.html.j2",
+        folder,
+        name,
+        title="inspection",
+        verdict=inspection_verdict(result),
+        subject=f"Inspection of {result.scan.name}, {result.registered.removal.size:,} points, datum "
+        f"{'free' if result.scan.datum_free else 'bore'}.",
+        meaning=inspection_meaning(result),
+        also=[pdf_name(INSPECTION_PAGE)] if pdf else [],
+        notes={
+            f"{_NAME}.csv": "one row a flank",
+            f"{_NAME}.json": "all values",
+            pdf_name(INSPECTION_PAGE): "this report",
+        },
+        pictures=[picture(folder, _NAME, _CAPTION)],
+        result=result,
+        table=replace(inspection_table(name, result), title=""),
+    )
+
+
+def inspection_verdict(result: Inspection) -> Verdict:
+    """Whether the disc keeps its tolerances, with the checks that fail or cannot be made."""
+    failed = [f"{check.name} {check.symbol}" for check in result.checks if check.passed is False]
+    hidden = [f"{check.name} {check.symbol}" for check in result.checks if check.passed is None]
+    if failed:
+        return Verdict(f"The disc is out of tolerance: {' and '.join(failed)} failed.", "failed")
+    if hidden:
+        return Verdict(f"No check failed, but this scan does not show {' and '.join(hidden)}.", "good")
+    return Verdict(f"The disc is within tolerance: all {len(result.checks)} checks passed.", "good")
+
+
+def inspection_meaning(result: Inspection) -> list[str]:
+    """Each value as a share of its tolerance, and next to the noise of the scan."""
+    sentences = []
+    for check in result.checks:
+        if check.value is None:
+            sentences.append(f"{check.symbol} needs a scan with the bore as datum.")
+            continue
+        close = abs(check.value - check.tolerance) < _COVERAGE * check.uncertainty
+        doubt = "; so near the limit, the noise of the scan decides: measure again" if close else ""
+        noisy = "; noise alone explains it" if check.value <= check.noise_alone + _COVERAGE * check.uncertainty else ""
+        share = 100.0 * check.value / check.tolerance
+        sentences.append(
+            f"{check.name.capitalize()} {check.symbol}: {check.value / UM:.2f} µm, {share:.0f} % of its tolerance "
+            f"({check.source}){noisy}{doubt}."
+        )
+    return sentences
 
 
 def inspection_table(name: str, result: Inspection) -> PlainTable:

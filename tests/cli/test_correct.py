@@ -47,7 +47,15 @@ def diagnosed_as(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
 
 
 Files = Callable[..., tuple[str, str]]
-WRITTEN = {"profile_corrected.csv", "grinding_corrected.nc", "predicted_scan.csv", "correction.png", "correction.json"}
+WRITTEN = {
+    "profile_corrected.csv",
+    "grinding_corrected.nc",
+    "predicted_scan.csv",
+    "correction.html",
+    "correction.png",
+    "correction.svg",
+    "correction.json",
+}
 
 
 def test_correct_writes_the_path_and_what_to_expect(

@@ -29,6 +29,8 @@ Json = Annotated[
 Quiet = Annotated[bool, Parameter(name=("--quiet", "-q"), help="Print no progress and no hints.")]
 Force = Annotated[bool, Parameter(help="Replace inputs, and files that this program did not make.")]
 
+Pdf = Annotated[bool, Parameter(help="Write the report as PDF, too; needs the extra cycloid_profile[pdf].")]
+
 Plugins = Annotated[
     tuple[str, ...],
     Parameter(help="Module or .py file with effects of your own; may be repeated."),
@@ -73,6 +75,15 @@ def read_with_plugins(spec: Path, plugins: Sequence[str]) -> Spec:
 
         load_plugins(plugins)
     return read_spec(spec)
+
+
+def checked_pdf(pdf: bool) -> bool:
+    """The option ``--pdf``; raises ``ExportError`` where its library is missing, before anything is computed."""
+    if pdf:
+        from cycloid_profile.report import require_pdf
+
+        require_pdf()
+    return pdf
 
 
 def protection_of(force: bool, *inputs: Path | str, json: Path | None = None) -> Protection:

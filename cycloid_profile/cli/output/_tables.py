@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING
 
 from rich.cells import cell_len
 
+from cycloid_profile._display import is_number
+
 if TYPE_CHECKING:
     from cycloid_profile.articles import PlainTable
 
@@ -22,7 +24,6 @@ SHORTEST_TEXT = 24  # cells; only longer ones fold
 _BOUND = "\u00a0"  # joins a number to its unit, and a head to its bracket
 # A blank before a unit, a bracket or ±, and those around an equals sign.
 _UNIT = re.compile(r"(?<=[\d–]) (?=(?:[′″°%]|of \d|[^\W\d_]{1,3}(?:[·/][^\s]*)?(?:[\s,;:)]|$)))| (?=[\[±=])|(?<=[±=]) ")
-_NUMBER = re.compile(r"^[+\-−–±<>≤≥]?\s?[\d.,]*\d|^[–-]?$")
 
 
 @dataclass(frozen=True)
@@ -114,7 +115,7 @@ def _widened(columns: Sequence[Sequence[str]], limits: Sequence[int], width: int
 
 def _grid(columns: Sequence[Sequence[str]], widths: Sequence[int], gap: int) -> list[str]:
     folded = [
-        Column(tuple(fold(cell, w) for cell in cells), i == 0 or not all(_NUMBER.match(cell) for cell in cells[1:]))
+        Column(tuple(fold(cell, w) for cell in cells), i == 0 or not all(map(is_number, cells[1:])))
         for i, (cells, w) in enumerate(zip(columns, widths, strict=True))
     ]
     lines = []

@@ -9,4 +9,7 @@ from cycloid_profile.report.design.tables import planned_files_table as planned_
 from cycloid_profile.report.design.tables import terminal_tables as terminal_tables
 from cycloid_profile.report.design.tables import warnings as warnings
 from cycloid_profile.report.design.tables import written_files_table as written_files_table
+from cycloid_profile.report.design.text import design_meaning as design_meaning
+from cycloid_profile.report.design.text import design_subject as design_subject
+from cycloid_profile.report.design.text import design_verdict as design_verdict
 from cycloid_profile.report.page import REPORT as REPORT

@@ -22,7 +22,8 @@ from cycloid_profile.export.writing import (
 from cycloid_profile.plot import pictures as pictures_of
 from cycloid_profile.plot import save
 from cycloid_profile.report.design import tables
-from cycloid_profile.report.page import PLOTS, REPORT, inline_svg, template, write_text
+from cycloid_profile.report.design.text import design_meaning, design_subject, design_verdict
+from cycloid_profile.report.page import PLOTS, REPORT, pdf_name, picture, render, write_report
 from cycloid_profile.units import UM
 
 
@@ -32,13 +33,14 @@ def build_package(
     progress: Callable[[str], None] = lambda _: None,
     protection: Protection = PROTECTED,
     process: CadProcess | None = None,
+    pdf: bool = False,
 ) -> dict[str, str]:
     """Write the formats of the spec, all pictures, ``report.html`` and ``manifest.json`` into ``folder``.
 
     All files are written, or none. Files of an earlier manifest that are not in the new one are deleted, unless they
     were changed since: stale outputs must not remain next to a new report. ``progress`` receives the name of each step;
     ``protection`` names what is not replaced; ``process`` writes the CAD formats of the spec meanwhile, and is started
-    here if not before.
+    here if not before; ``pdf``: write the report as PDF, too.
     Returns the formats that could not be written, with the reason: STEP where the CAD kernel is missing.
 
     Raises
@@ -60,8 +62,9 @@ def build_package(
 
         written, skipped = write_in_two_processes(record, formats, scratch, cad, progress, draw)
         progress("writing the report")
-        write_text(scratch / REPORT, design_report(record, written, skipped, scratch / PLOTS))
-        everything = [*written, *pictures, WrittenFile(REPORT, "html")]
+        write_report(scratch, REPORT, design_report(record, written, skipped, scratch, pdf), pdf)
+        reports = [WrittenFile(REPORT, "html"), *([WrittenFile(pdf_name(REPORT), "pdf")] if pdf else [])]
+        everything = [*written, *pictures, *reports]
         entries = [manifest_entry(file, record.spec, scratch) for file in everything]
         write_manifest(record.spec.name, entries, skipped, scratch, disc_parts_sentence(record))
     return skipped
@@ -112,14 +115,28 @@ def _add_to_manifest(
     return entries
 
 
-def design_report(record: DesignRecord, written: list[WrittenFile], skipped: dict[str, str], plots: Path) -> str:
-    """HTML text of the report; pictures are taken from the SVG files in ``plots``."""
-    return template("design.html.j2").render(
-        s=summary(record),
+def design_report(
+    record: DesignRecord, written: Sequence[WrittenFile], skipped: dict[str, str], folder: Path, pdf: bool = False
+) -> str:
+    """HTML text of the report, with the pictures and links of the files in ``folder``; ``pdf``: one is written next to
+    it.
+    """
+    figures = summary(record)
+    return render(
+        "design.html.j2",
+        folder,
+        record.spec.name,
+        title="cycloid disc",
+        verdict=design_verdict(figures),
+        subject=design_subject(figures, record.drive.discs),
+        meaning=design_meaning(figures),
+        also=("manifest.json", *([pdf_name(REPORT)] if pdf else [])),
+        notes={"manifest.json": "checksums of all files", pdf_name(REPORT): "this report"},
+        pictures=[picture(folder, f"{PLOTS}/{one.name}", one.caption) for one in pictures_of(record)],
+        s=figures,
         record=record,
         tables=tables,
-        files=written,
+        measured={file.name: file for file in written},
         micrometre=UM,
         skipped=skipped,
-        pictures=[(one.caption, inline_svg(plots / f"{one.name}.svg", one.name)) for one in pictures_of(record)],
     )

@@ -11,6 +11,7 @@ from cycloid_profile._display import FigureRow, figure_text
 from cycloid_profile.articles import PlainTable
 from cycloid_profile.design import ACCURACY, AS_BUILT, CheckStatus
 from cycloid_profile.export import file_names
+from cycloid_profile.report.page import figure_table
 from cycloid_profile.spec.model import Spec
 
 LOAD = (
@@ -79,10 +80,40 @@ GEOMETRY = (
     FigureRow("reduction_ratio", "reduction ratio"),
 )
 
+_MARKS = {
+    CheckStatus.PASSED: "✓",
+    CheckStatus.ESTIMATED: "✓",
+    CheckStatus.ADVISED_AGAINST: "!",
+    CheckStatus.FAILED: "✗",
+    CheckStatus.NOT_CHECKED: "–",
+}
+
 
 def stage_rows(under_load: Mapping[str, Any]) -> tuple[FigureRow, ...]:
     """Rows of the whole stage, with those of slices over the face width where there are any."""
     return STAGE + (OVER_WIDTH if "width_slices" in under_load else ())
+
+
+def accuracy_table(figures: Mapping[str, Any]) -> PlainTable:
+    """Accuracy of the conventional and the compensated tooth; one column where they are the same."""
+    names = ("conventional", "compensated")
+    return figure_table("", ACCURACY, [figures[name] for name in names], names)
+
+
+def checks_table(figures: Mapping[str, Any]) -> PlainTable:
+    """Every check with its value, limit, status and remedy."""
+    rows = tuple(
+        (
+            _MARKS[CheckStatus(one["status"])],
+            one["name"],
+            one["value"],
+            one["limit"],
+            f"{one['status']}: {one['assumed']}" if one["assumed"] else one["status"],
+            "" if one["passed"] else one["remedy"],
+        )
+        for one in figures["checks"]
+    )
+    return PlainTable("", ("", "check", "value", "limit", "status", "remedy"), rows)
 
 
 def terminal_tables(figures: Mapping[str, Any], loads: bool = False) -> list[PlainTable]:

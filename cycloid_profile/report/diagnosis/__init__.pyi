@@ -2,6 +2,10 @@
 
 from .correction_package import correct_scans as correct_scans
 from .correction_package import write_correction as write_correction
+from .correction_text import CORRECTION_PAGE as CORRECTION_PAGE
+from .correction_text import correction_meaning as correction_meaning
+from .correction_text import correction_report as correction_report
+from .correction_text import correction_verdict as correction_verdict
 from .package import diagnosis_report as diagnosis_report
 from .package import save_plan_plot as save_plan_plot
 from .package import spec_with_effects as spec_with_effects
@@ -12,8 +16,12 @@ from .tables import change_tables as change_tables
 from .tables import correction_sentences as correction_sentences
 from .tables import correction_tables as correction_tables
 from .tables import diagnosis_tables as diagnosis_tables
+from .tables import gap_table as gap_table
+from .tables import nearest_table as nearest_table
 from .tables import plan_tables as plan_tables
 from .text import describe_effect as describe_effect
+from .text import diagnosis_meaning as diagnosis_meaning
+from .text import diagnosis_verdict as diagnosis_verdict
 from .text import headline as headline
 from .text import odds as odds
 from .text import p_text as p_text

@@ -20,8 +20,9 @@ from cycloid_profile.export.nc import GcodeExporter
 from cycloid_profile.export.points import ProfileCsvExporter
 from cycloid_profile.export.writing import PROTECTED, Protection, atomic_folder, manifest_entry
 from cycloid_profile.measurement import Measurement, format_measurement
-from cycloid_profile.plot import save_png
-from cycloid_profile.report.page import json_text, write_text
+from cycloid_profile.plot import save
+from cycloid_profile.report.diagnosis.correction_text import CORRECTION_PAGE, correction_report
+from cycloid_profile.report.page import json_text, pdf_name, write_report, write_text
 from cycloid_profile.rig import LEAST_POINTS_PER_LOBE, Settings, simulate
 from cycloid_profile.spec.model import Spec
 from cycloid_profile.units import UM
@@ -53,12 +54,13 @@ def correct_scans(
     remainder: bool = False,
     progress: Callable[[str], None] = lambda _: None,
     protection: Protection = PROTECTED,
+    pdf: bool = False,
 ) -> CorrectedScans:
     """Diagnose scans of one disc and write the grinding path that cancels its errors into ``folder``.
 
     ``disc`` counted from 0, by default that of the scans; ``limit_um``, largest deviation from the nominal tooth [µm];
     ``wheel_radius`` [mm], that of the generating pin unless given; ``remainder``: cancel a smooth remainder, too;
-    ``protection`` names what is not replaced.
+    ``protection`` names what is not replaced; ``pdf``: write the report as PDF, too.
     Raises ``MeasurementError`` for other measurements, several discs, and sizes that are not above zero.
     """
     _check(scans, limit_um, wheel_radius)
@@ -90,7 +92,7 @@ def correct_scans(
     least = LEAST_POINTS_PER_LOBE * reducer.case.drive.trochoid.lobes
     points = max(least, *(scan["x_mm"].size for scan in scans))
     values = correction_json(found, diagnosis, spec.name, limit_um, remainder)
-    return CorrectedScans(write_correction(found, values, spec, points, folder, progress, protection))
+    return CorrectedScans(write_correction(found, values, spec, points, folder, progress, protection, pdf))
 
 
 def write_correction(
@@ -101,10 +103,12 @@ def write_correction(
     folder: Path,
     progress: Callable[[str], None] = lambda _: None,
     protection: Protection = PROTECTED,
+    pdf: bool = False,
 ) -> dict[str, Any]:
     """Write all files into ``folder``, or none; returns the content of ``correction.json``.
 
-    ``values``: JSON object of the correction, to which the files are added; ``points`` of the expected scan.
+    ``values``: JSON object of the correction, to which the files are added; ``points`` of the expected scan;
+    ``pdf``: write the report as PDF, too.
     """
     path = SpecifiedProfile(spec, found.predicted.case.drive, found.program)
     exporters = (ProfileCsvExporter(filename="profile_corrected.csv"), GcodeExporter(filename="grinding_corrected.nc"))
@@ -118,10 +122,12 @@ def write_correction(
         scan = simulate(found.predicted, "profile_scan", Settings(points=points, disc=found.disc))
         note = {"expected": "after the correction, the machine's errors still there"}
         write_text(scratch / "predicted_scan.csv", format_measurement(replace(scan, keys=dict(scan.keys) | note)))
-        save_png(plot.correction(found, name=spec.name), scratch / "correction.png")
-        others = [{"path": name} for name in ("predicted_scan.csv", "correction.png", "correction.json")]
+        drawn = [file.name for file in save(plot.correction(found, name=spec.name), scratch, "correction")]
+        pages = [CORRECTION_PAGE, *([pdf_name(CORRECTION_PAGE)] if pdf else [])]
+        others = [{"path": name} for name in ("predicted_scan.csv", *drawn, "correction.json", *pages)]
         whole = {**values, "files": [*files, *others]}
         write_text(scratch / "correction.json", json_text(whole))
+        write_report(scratch, CORRECTION_PAGE, correction_report(whole, scratch, pdf), pdf)
     return whole
 
 

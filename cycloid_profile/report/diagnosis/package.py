@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 from cycloid_profile import plot
 from cycloid_profile._display import with_unit
+from cycloid_profile.articles import PlainTable
 from cycloid_profile.diagnosis import (
     Comparison,
     Detectability,
@@ -28,11 +29,11 @@ from cycloid_profile.plot import save, save_png
 from cycloid_profile.plot.diagnosis import change_pictures
 from cycloid_profile.plot.diagnosis import pictures as pictures_of
 from cycloid_profile.report.diagnosis import text
-from cycloid_profile.report.diagnosis.tables import change_tables
-from cycloid_profile.report.page import PLOTS, REPORT, inline_svg, json_text, template, write_text
+from cycloid_profile.report.diagnosis.tables import change_tables, gap_table, nearest_table
+from cycloid_profile.report.page import PLOTS, REPORT, json_text, pdf_name, picture, render, write_report, write_text
 from cycloid_profile.spec import format_spec, parse_spec, validated
 from cycloid_profile.spec.model import EmpiricalSpec
-from cycloid_profile.units import SIGNS, sign_of
+from cycloid_profile.units import sign_of
 
 
 class WrittenDiagnosis(NamedTuple):
@@ -51,11 +52,12 @@ def write_diagnosis(
     progress: Callable[[str], None] = lambda _: None,
     changes: Comparison | None = None,
     protection: Protection = PROTECTED,
+    pdf: bool = False,
 ) -> WrittenDiagnosis:
     """Write report, plots and JSON into ``folder``, and SPEC_diagnosed.toml where effects were found.
 
-    ``files``: name and content of each measured file. ``changes`` against an earlier diagnosis go into the report. The
-    spec file itself is not changed.
+    ``files``: name and content of each measured file. ``changes`` against an earlier diagnosis go into the report;
+    ``pdf``: write it as PDF, too. The spec file itself is not changed.
     """
     new_spec = f"{spec.stem}_diagnosed.toml" if diagnosis.effects or diagnosis.empirical else None
     with atomic_folder(folder, protection) as scratch:
@@ -67,7 +69,6 @@ def write_diagnosis(
             progress(f"drawing {stem}")
             save(figure, plots, stem)
             drawn.append((stem, caption))
-        write_text(scratch / REPORT, diagnosis_report(diagnosis, name, plots, drawn, new_spec, changes))
         values = diagnosis_json(diagnosis, name)
         if changes is not None:
             values["against"] = comparison_to_json(changes)
@@ -76,6 +77,8 @@ def write_diagnosis(
             text = spec.read_text(encoding="utf-8-sig")
             grown = spec_with_effects(text, effect_tables(diagnosis, files), empirical_tables(diagnosis, files))
             write_text(scratch / new_spec, grown)
+        page = diagnosis_report(diagnosis, name, scratch, drawn, new_spec, changes, pdf)
+        write_report(scratch, REPORT, page, pdf)
     return WrittenDiagnosis(folder / REPORT, None if new_spec is None else folder / new_spec)
 
 
@@ -120,23 +123,40 @@ def spec_with_effects(
 def diagnosis_report(
     diagnosis: Diagnosis,
     name: str,
-    plots: Path,
-    pictures: list[tuple[str, str]],
+    folder: Path,
+    pictures: Sequence[tuple[str, str]],
     new_spec: str | None,
     changes: Comparison | None = None,
+    pdf: bool = False,
 ) -> str:
-    """HTML text of the report; ``pictures``, stem and caption of the SVG files in ``plots``; ``new_spec``, file name of
-    the spec with the effects added; ``changes`` against an earlier diagnosis.
+    """HTML text of the report with links of the files in ``folder``; ``pictures``, stem and caption of the SVG files in
+    its folder of plots; ``new_spec``, file name of the spec with the effects added; ``changes`` against an earlier
+    diagnosis; ``pdf``: one is written next to it.
     """
-    return template("diagnosis.html.j2").render(
+    compared = ", ".join(f"{one.recording.name} ({text.readable(one.recording.kind)})" for one in diagnosis.gaps)
+    not_seen = tuple((text.readable(n), _detection_limit_text(n, *limit)) for n, limit in diagnosis.not_seen.items())
+    return render(
+        "diagnosis.html.j2",
+        folder,
+        name,
+        title="measurement and simulation",
+        verdict=text.diagnosis_verdict(diagnosis),
+        subject=f"Measured files compared with the simulation: {compared}.",
+        meaning=text.diagnosis_meaning(diagnosis),
+        also=[pdf_name(REPORT)] if pdf else [],
+        notes={
+            "diagnosis.json": "all values",
+            pdf_name(REPORT): "this report",
+            **({} if new_spec is None else {new_spec: "the spec with the effects added"}),
+        },
+        pictures=[picture(folder, f"{PLOTS}/{stem}", caption) for stem, caption in pictures],
         d=diagnosis,
-        name=name,
         text=text,
         effects=[(one, _parameters(one)) for one in diagnosis.effects],
         kinds=EFFECTS,
-        signs=SIGNS,
-        not_seen=[(text.readable(n), _detection_limit_text(n, *hidden)) for n, hidden in diagnosis.not_seen.items()],
-        pictures=[(caption, inline_svg(plots / f"{stem}.svg", stem)) for stem, caption in pictures],
+        gaps=gap_table(diagnosis),
+        nearest=nearest_table(diagnosis),
+        not_seen=PlainTable("", ("", ""), not_seen),
         new_spec=new_spec,
         changes=[] if changes is None else list(change_tables(comparison_to_json(changes))),
     )

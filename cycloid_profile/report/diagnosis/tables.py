@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from cycloid_profile._display import with_unit
+from cycloid_profile._display import figure_text, with_unit
 from cycloid_profile.articles import PlainTable
-from cycloid_profile.diagnosis import Detectability, detectable_text, p_value_text
+from cycloid_profile.diagnosis import Detectability, Diagnosis, detectable_text, p_value_text
 from cycloid_profile.units import SIGNS
 
 VERDICTS = {
@@ -45,6 +45,38 @@ def diagnosis_tables(values: Mapping[str, Any]) -> Iterator[PlainTable]:
     if values["verdict"] == "agrees":
         unseen = tuple((n["name"], _with_unit_symbol(n["smallest_detectable"])) for n in values["not_seen"])
         yield PlainTable("smallest detectable size of each effect", ("effect", "size"), unseen)
+
+
+def gap_table(diagnosis: Diagnosis) -> PlainTable:
+    """Gap of each file on fitted and held-out rows, before and after any effects, for the report."""
+    with_effects = bool(diagnosis.effects)
+    shown = {"fit_before": "fitted", "held_out_before": "held out"}
+    if with_effects:
+        shown = {
+            "fit_before": "fitted, before", "fit_after": "after",
+            "held_out_before": "held out, before", "held_out_after": "after",
+        }  # fmt: skip
+    head = ("file", "rows", "unit", "noise", *shown.values(), *(("closed",) if with_effects else ()), "χ² per row")
+    rows = []
+    for one in diagnosis.gaps:
+        closed = "–" if one.closure is None else f"{100.0 * min(one.closure, 1.0):.1f} %".replace("-", "−")
+        file = one.recording
+        rows.append((
+            file.name,
+            f"{file.rows.size:,} ({file.held_out.sum():,} held out)",
+            SIGNS[file.unit],
+            figure_text(one.noise, digits=3),
+            *(figure_text(getattr(one, key), digits=3) for key in shown),
+            *((closed,) if with_effects else ()),
+            figure_text(one.chi2_per_row, digits=3),
+        ))  # fmt: skip
+    return PlainTable("", head, tuple(rows))
+
+
+def nearest_table(diagnosis: Diagnosis) -> PlainTable:
+    """Effects nearest to an unexplained difference, for the report."""
+    rows = tuple((one.name.replace("_", " "), f"{100.0 * one.share:.0f} %", one.why) for one in diagnosis.nearest)
+    return PlainTable("", ("effect", "share of the gap explained alone", "reason for rejection"), rows)
 
 
 def change_tables(values: Mapping[str, Any]) -> Iterator[PlainTable]:

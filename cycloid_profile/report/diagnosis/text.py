@@ -5,16 +5,20 @@ from __future__ import annotations
 import inspect
 import math
 import re
+from typing import Literal
 
 from cycloid_profile._display import with_unit
 from cycloid_profile.diagnosis import FALSE_ALARM, Diagnosis, Finding, NamedEffect, SizedEffect
 from cycloid_profile.effects import Effect, parameters
-from cycloid_profile.units import SIGNS, sign_of
+from cycloid_profile.report.page import Verdict, at_an_arm
+from cycloid_profile.units import SIGNS, sign_of, unit_of
 
 # Parameters that say which part has the effect.
 PARTS = ("disc", "crank", "form", "lobe", "first_lobe", "pin", "planet", "flank")
 _LEAST_P = 1e-300  # smaller ones are zero in double precision
+_ANGLES = {"arcmin": 1.0, "arcsec": 60.0}  # units in an arc minute
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_CERTAIN = math.log(1e6)  # odds above a million to one mean no more than their logarithm
 _UNCERTAINTY_FIGURES = 2  # GUM, 7.2.6
 
 
@@ -34,8 +38,13 @@ def with_uncertainty(value: float, sigma: float | None, unit: str) -> str:
 
 
 def odds(evidence: float) -> str:
-    """Odds from their logarithm."""
-    return minus(f"e^{evidence:,.0f} : 1")
+    """How probable an effect is in words, from the logarithm of its odds against none."""
+    if evidence > _CERTAIN:
+        return "practically certain"
+    if evidence < 0.0:
+        return "less probable than none"
+    ratio = float(f"{math.exp(evidence):.2g}")
+    return f"{ratio:,.0f} to 1" if ratio >= 10.0 else f"{ratio:g} to 1"
 
 
 def p_text(p: float) -> str:
@@ -114,8 +123,8 @@ def headline(diagnosis: Diagnosis) -> str:
     """The verdict in one sentence."""
     if diagnosis.effects:
         missing = "; and ".join(describe_effect(one) for one in diagnosis.effects)
-        rest = " The residual holds a further effect that is not in the library." if diagnosis.remainder else ""
-        return f"The simulation lacks {missing}.{rest}"
+        rest = "; the residual holds a further effect that is not in the library" if diagnosis.remainder else ""
+        return f"The simulation lacks {missing}{rest}."
     if diagnosis.verdict == "unknown_effect":
         place = diagnosis.where[0] if diagnosis.where else diagnosis.remainder
         where = "" if place is None else f": {describe_place(place, diagnosis)}"
@@ -125,15 +134,33 @@ def headline(diagnosis: Diagnosis) -> str:
     return "Measurement and simulation agree within the noise."
 
 
-def summary(diagnosis: Diagnosis) -> str:
-    """The gap on held-out rows in units of the noise; empty without such rows."""
-    files = []
+def diagnosis_verdict(diagnosis: Diagnosis) -> Verdict:
+    """The headline with its colour."""
+    kinds: dict[str, Literal["good", "found", "failed"]] = {
+        "agrees": "good", "effects_found": "found", "unknown_effect": "failed"
+    }  # fmt: skip
+    return Verdict(headline(diagnosis), kinds[diagnosis.verdict])
+
+
+def diagnosis_meaning(diagnosis: Diagnosis) -> list[str]:
+    """The gap of each file in units of its noise, on rows that took no part in the fit, and angles as lengths."""
+    sentences = []
     for gap in diagnosis.gaps:
-        before, after = gap.held_out_before / gap.noise, gap.held_out_after / gap.noise
-        if math.isfinite(after):
-            change = f"from {before:#.3g} to " if diagnosis.effects else ""
-            files.append(f"{gap.recording.name} {change}{after:#.3g}")
-    return f"Rms on held-out rows, in units of the noise: {', '.join(files)}." if files else ""
+        held = math.isfinite(gap.held_out_after)
+        before, after = (gap.held_out_before, gap.held_out_after) if held else (gap.fit_before, gap.fit_after)
+        rows = "rows that took no part in the fit differ" if held else "measurement and prediction differ"
+        added = "; with the effects added, by" if diagnosis.effects else None
+        first = f"{gap.recording.name}: {rows} by {before / gap.noise:#.3g} times the noise"
+        sentences.append(f"{first}{added} {after / gap.noise:#.3g} times." if added else f"{first}.")
+        if gap.recording.unit in _ANGLES:
+            noise = with_unit(f"{gap.noise:.2g}", SIGNS[gap.recording.unit])
+            sentences.append(f"Its noise of {noise} = {at_an_arm(gap.noise / _ANGLES[gap.recording.unit])}.")
+    for one in diagnosis.effects:
+        unit = unit_of(one.candidate.size)
+        if unit in _ANGLES:
+            size = at_an_arm(one.parameters[one.candidate.size] / _ANGLES[unit])
+            sentences.append(f"{readable(one.candidate.name).capitalize()}, {size_text(one)}: {size}.")
+    return sentences
 
 
 def confidence(diagnosis: Diagnosis) -> list[str]:
@@ -147,8 +174,8 @@ def confidence(diagnosis: Diagnosis) -> list[str]:
     elif diagnosis.effects:
         sentences.append(f"With the effects added, the residual has {left}: {_residual(diagnosis)}.")
         sentences.append(
-            "Odds compare the data with and without an effect, and allow for the locations and sizes tried. "
-            "They hold among the effects of the library only."
+            "The probability of an effect compares the data with and without it, and allows for the locations and "
+            "sizes tried. It holds among the effects of the library only."
         )
     else:
         sentences.append(f"The best fit with the library leaves a residual with {left}.")

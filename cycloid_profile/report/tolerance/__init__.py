@@ -6,3 +6,4 @@ from cycloid_profile.report.tolerance.text import allocation_sentences as alloca
 from cycloid_profile.report.tolerance.text import headline as headline
 from cycloid_profile.report.tolerance.text import summary_sentences as summary_sentences
 from cycloid_profile.report.tolerance.text import terminal_tables as terminal_tables
+from cycloid_profile.report.tolerance.text import tolerance_meaning as tolerance_meaning

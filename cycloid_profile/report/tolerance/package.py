@@ -28,7 +28,17 @@ from cycloid_profile.articles import sensitivity_table as published_sensitivity_
 from cycloid_profile.design import LEAST_BACKLASH, ToleranceRecord
 from cycloid_profile.export.writing import PROTECTED, Protection, atomic_folder
 from cycloid_profile.plot import save
-from cycloid_profile.report.page import PLOTS, REPORT, inline_svg, json_text, template, write_text
+from cycloid_profile.report.page import (
+    PLOTS,
+    REPORT,
+    Verdict,
+    json_text,
+    pdf_name,
+    picture,
+    render,
+    write_report,
+    write_text,
+)
 from cycloid_profile.report.tolerance import text
 from cycloid_profile.report.tolerance.json_output import to_json
 from cycloid_profile.tolerance.allocation import Allocation
@@ -53,8 +63,12 @@ def write_tolerance(
     folder: Path,
     progress: Callable[[str], None] = lambda _: None,
     protection: Protection = PROTECTED,
+    pdf: bool = False,
 ) -> Path:
-    """Write ``report.html``, ``tolerance.csv``, ``tolerance.json`` and the pictures; returns the path of the report."""
+    """Write ``report.html``, ``tolerance.csv``, ``tolerance.json`` and the pictures; returns the path of the report.
+
+    ``pdf``: write the report as PDF, too.
+    """
     with atomic_folder(folder, protection) as scratch:
         plots = scratch / PLOTS
         plots.mkdir()
@@ -64,19 +78,35 @@ def write_tolerance(
             for stem, caption, draw in section.drawn:
                 progress(f"drawing {stem}")
                 save(draw(), plots, stem)
-                pictures.append((caption, inline_svg(plots / f"{stem}.svg", stem)))
+                pictures.append(picture(scratch, f"{PLOTS}/{stem}", caption))
             filled.append((section, pictures))
-        page = template("tolerance.html.j2").render(
-            name=record.spec.name,
-            seed=record.spec.tolerance.seed,
-            sequence=record.spec.tolerance.sequence,
-            headline=text.headline(record),
-            summary=text.summary_sentences(record),
-            sections=filled,
-        )
-        write_text(scratch / REPORT, page)
         write_text(scratch / "tolerance.csv", _csv(record))
         write_text(scratch / "tolerance.json", json_text(to_json(record)))
+        stores = [one.store.folder.resolve() for one in record.summaries]
+        kept = [
+            f"{one.relative_to(folder.resolve()).as_posix()}/" for one in stores if one.is_relative_to(folder.resolve())
+        ]
+        tolerance = record.spec.tolerance
+        page = render(
+            "tolerance.html.j2",
+            scratch,
+            record.spec.name,
+            title="tolerances",
+            verdict=Verdict(text.headline(record), "found"),
+            subject="Simulated reducers with random errors within their tolerances, "
+            f"seed {tolerance.seed}, {tolerance.sequence} numbers.",
+            meaning=text.tolerance_meaning(record),
+            also=[*([pdf_name(REPORT)] if pdf else []), *kept],
+            notes={
+                **dict.fromkeys(kept, "every simulated reducer, as Parquet"),
+                "tolerance.csv": "the distributions",
+                "tolerance.json": "all values",
+                pdf_name(REPORT): "this report",
+            },
+            pictures=[one for _, pictures in filled for one in pictures],
+            sections=filled,
+        )
+        write_report(scratch, REPORT, page, pdf)
     return folder / REPORT
 
 
@@ -164,7 +194,7 @@ def _published(record: ToleranceRecord) -> Section:
     by_error = "Sensitivity of the backlash to fifteen errors, published and from geometry."
     by_part = "Lost motion in three parts, published and from geometry."
     return Section(
-        "Published budgets compared with geometry",
+        "Budget of the published method and of this drive",
         tables=(
             published_sensitivity_table({disc_name(case): rows}),
             range_table(rows),

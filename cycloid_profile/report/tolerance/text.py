@@ -5,16 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from cycloid_profile._display import with_unit
 from cycloid_profile.articles import PlainTable
 from cycloid_profile.design import LEAST_BACKLASH, PERCENTS, TighteningAdvice, ToleranceRecord
+from cycloid_profile.report.page import at_an_arm
 from cycloid_profile.tolerance.allocation import Allocation, percent
 from cycloid_profile.tolerance.inputs import Limit
 from cycloid_profile.tolerance.model import RESPONSES
 from cycloid_profile.tolerance.ranking import Contributions, Estimate, ToleranceSensitivity
-from cycloid_profile.tolerance.study import Interval
-from cycloid_profile.units import sign_of
+from cycloid_profile.tolerance.study import Interval, StudySummary
+from cycloid_profile.units import sign_of, unit_of
 
 _ORDER = list(RESPONSES)
+_ANGLES = {"arcmin": 1.0, "arcsec": 1.0 / 60.0}  # arc minutes in a unit
 _SIGNIFICANT = 2.0  # standard errors
 
 
@@ -39,12 +42,13 @@ def headline(record: ToleranceRecord) -> str:
 
 
 def summary_sentences(record: ToleranceRecord) -> list[str]:
-    """Assumptions, the tolerance to tighten first, the published claim, reducers that bind, missing results."""
+    """Assumptions, the tolerance to tighten first, compensated and conventional tooth, reducers that bind, and missing
+    results.
+    """
     sentences = []
     if record.tolerances.assumed:
         sentences.append("The spec has no [tolerance] table: ordinary manufacturing tolerances are assumed.")
     sentences.append(advice_sentence(record.advice))
-    sentences += sobol_sentences(record.advice, only_capped=True)
     sentences += comparison_sentences(record)
     least = next(one for one in record.quantities if one.name == LEAST_BACKLASH)
     if least.spread.low < 0.0:
@@ -57,6 +61,18 @@ def summary_sentences(record: ToleranceRecord) -> list[str]:
     return sentences
 
 
+def tolerance_meaning(record: ToleranceRecord) -> list[str]:
+    """Angles of 99 of 100 reducers as lengths, and the sentences of the summary."""
+    sentences = []
+    for one in record.quantities:
+        angle = _ANGLES.get(unit_of(one.name))
+        if angle is not None and one.name != LEAST_BACKLASH:
+            value = one.percentiles[99.0].value
+            shown = f"{_number(value)}{sign_of(one.name)} = {at_an_arm(value * angle)}"
+            sentences.append(f"{label(one.name).capitalize()} of 99 of 100 reducers: below {shown}.")
+    return [*sentences, *summary_sentences(record)]
+
+
 def advice_sentence(advice: TighteningAdvice) -> str:
     """The tolerance to tighten first, if its gain is significant."""
     found = advice.last
@@ -65,7 +81,7 @@ def advice_sentence(advice: TighteningAdvice) -> str:
     if found.yield_as_drawn is None or gained is None:
         name = found.quantities[0]
         change = first.halved[0].percentile_9973.value
-        effect = f"the 99.73 % percentile of the {label(name)} changes by {change:+.2g} {sign_of(name)}"
+        effect = f"the 99.73 % percentile of the {label(name)} changes by {with_unit(f'{change:+.2g}', sign_of(name))}"
     elif gained.value > max(_SIGNIFICANT * gained.error, 0.0):
         effect = f"{1000.0 * gained.value:.0f} more of 1000 reducers pass"
     else:
@@ -73,26 +89,21 @@ def advice_sentence(advice: TighteningAdvice) -> str:
     return f"Tighten {first.label.replace('_', ' ')} first: halved, {effect}."
 
 
-def sobol_sentences(advice: TighteningAdvice, only_capped: bool = False) -> list[str]:
-    """How the sampling of the Sobol indices ended, one sentence for each study; ``only_capped``: those cut short."""
+def sobol_sentences(advice: TighteningAdvice) -> list[str]:
+    """How the sampling of the Sobol indices ended, one sentence for each study."""
     return [
         f"Sobol indices of {', '.join(label(name) for name in one.shares.quantities)}: {one.shares.ending}."
         for one in advice.ranked
-        if not (only_capped and one.shares.settled)
     ]
 
 
 def comparison_sentences(record: ToleranceRecord) -> list[str]:
-    """Whether the compensated design is less sensitive to tolerances, as [TP] claims; empty without compensation."""
-    if not record.compared:
-        return []
-    verdicts = [one.verdict for one in record.compared]
-    details = ", ".join(f"{label(one.quantity)} {one.verdict} sensitive" for one in record.compared)
-    answer = "confirmed for some of them" if "less" in verdicts else "not confirmed"
-    if all(verdict == "less" for verdict in verdicts):
-        answer = "confirmed"
-    claim = "Published claim that deformation compensation makes a reducer less sensitive to tolerances"
-    return [f"{claim}: {answer} ({details})."]
+    """Which quantities are less sensitive to tolerances with deformation compensation; empty without it."""
+    by_verdict: dict[str, list[str]] = {}
+    for one in record.compared:
+        by_verdict.setdefault(one.verdict, []).append(label(one.quantity))
+    parts = "; ".join(f"{verdict} sensitive: {', '.join(names)}" for verdict, names in by_verdict.items())
+    return [f"Sensitivity to tolerances with deformation compensation against without: {parts}."] if parts else []
 
 
 def allocation_sentences(found: Allocation) -> list[str]:
@@ -137,7 +148,7 @@ def yield_tables(record: ToleranceRecord) -> list[PlainTable]:
     """Yield of each limit and of all together; empty without limits."""
     rows = tuple(
         (
-            "all limits together" if one.limit is None else _limit(one.limit),
+            _together(summary, record) if one.limit is None else _limit(one.limit),
             f"{100.0 * one.share.value:.2f} %",
             f"{100.0 * one.share.low:.2f} to {100.0 * one.share.high:.2f} %",
             f"{round(1000.0 * one.share.value)} of 1000",
@@ -147,6 +158,12 @@ def yield_tables(record: ToleranceRecord) -> list[PlainTable]:
         for one in summary.yields
     )
     return [PlainTable("yield", ("limit", "passes", "95 % interval", "of 1000", "reducers"), rows)] if rows else []
+
+
+def _together(summary: StudySummary, record: ToleranceRecord) -> str:
+    """Name of the joint yield of a study: those of a study without load keep fewer limits than there are."""
+    limits, most = len(summary.yields) - 1, max(len(one.yields) - 1 for one in record.summaries)
+    return "all limits together" if limits == most else f"these {limits} limits together"
 
 
 def tolerance_table(record: ToleranceRecord) -> PlainTable:
@@ -222,7 +239,8 @@ def root_sum_square(row: ToleranceSensitivity, quantity: str) -> float:
 
 def _limit(limit: Limit) -> str:
     ends = ((sign, end) for sign, end in (("≥", limit.at_least), ("≤", limit.at_most)) if math.isfinite(end))
-    return f"{label(limit.quantity)} {' and '.join(f'{sign} {end:g}' for sign, end in ends)} {sign_of(limit.quantity)}"
+    bounds = (with_unit(f"{sign} {end:g}", sign_of(limit.quantity)) for sign, end in ends)
+    return f"{label(limit.quantity)} {' and '.join(bounds)}"
 
 
 def _number(value: float) -> str:
