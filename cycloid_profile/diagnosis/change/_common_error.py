@@ -1,7 +1,7 @@
 """Error of the model that two measurements of one specimen share, as nuisance columns of both.
 
-The columns of a pair of files have one coefficient, so that they cancel in the difference. Beside the errors with a
-known form there is a smooth one of any form: over torque and branch of a loop, in the orders of a turn, or over lobe
+The columns of a pair of files have one coefficient, so that they cancel in the difference. Besides errors of a
+known form, there is a smooth one of any form: over torque and branch of a loop, in the orders of a turn, or over lobe
 and phase of a scan.
 """
 
@@ -15,6 +15,7 @@ import numpy as np
 from cycloid_profile.arrays import BoolArray, FloatArray
 from cycloid_profile.diagnosis.data.noise import Values
 from cycloid_profile.diagnosis.data.recording import Recording
+from cycloid_profile.diagnosis.model._model_error import hat_functions
 from cycloid_profile.diagnosis.model.candidate import Candidate
 from cycloid_profile.diagnosis.model.residuals import Residuals
 from cycloid_profile.effects import loop_branches
@@ -66,9 +67,9 @@ class WhiteRows:
         self.z = self.white(residuals.residual)
 
     @property
-    def known(self) -> FloatArray:
-        """Datum, zero and drift, shape (rows, columns)."""
-        return self.white(self.residuals.nuisance)
+    def own(self) -> FloatArray:
+        """Datum, zero, drift and errors of single rows, which no other file shares, shape (rows, columns)."""
+        return self.white(np.hstack([self.residuals.nuisance, self.residuals.row_error]))
 
     @property
     def peak(self) -> float:
@@ -104,12 +105,12 @@ def smooth_columns(residuals: Residuals, peak: float) -> FloatArray:
     if recording.kind is HYSTERESIS:
         torque = recording.measurement["torque_nm"]
         branch = loop_branches(torque)[recording.rows]
-        hats = _hats((torque[recording.rows] / peak + 1.0) * 0.5 * (_KNOTS - 1), _KNOTS)
+        hats = hat_functions((torque[recording.rows] / peak + 1.0) * 0.5 * (_KNOTS - 1), _KNOTS)
         columns = np.hstack([hats * (branch > 0.0)[:, np.newaxis], hats * (branch < 0.0)[:, np.newaxis]])
     elif recording.kind is PROFILE_SCAN:
         along = (residuals.phase / (2.0 * np.pi) + residuals.lobe) * _PER_LOBE
         count = residuals.reducer.case.drive.trochoid.lobes * _PER_LOBE
-        columns = _hats(np.mod(along, count), count, periodic=True)
+        columns = hat_functions(np.mod(along, count), count, periodic=True)
     else:
         trochoid = residuals.reducer.case.drive.trochoid
         lines = [
@@ -118,14 +119,3 @@ def smooth_columns(residuals: Residuals, peak: float) -> FloatArray:
         angle = np.outer(residuals.position, np.unique([*range(1, _LOW_ORDERS + 1), *lines]))
         columns = np.hstack([np.cos(angle), np.sin(angle)])
     return recording.noise.sigma * columns
-
-
-def _hats(x: FloatArray, count: int, periodic: bool = False) -> FloatArray:
-    """Linear interpolation between ``count`` knots at 0, 1, …; shape (rows, count)."""
-    left = np.floor(x).astype(np.intp) if periodic else np.clip(np.floor(x).astype(np.intp), 0, count - 2)
-    share = x - left
-    found = np.zeros((x.size, count))
-    rows = np.arange(x.size)
-    found[rows, left % count] += 1.0 - share
-    found[rows, (left + 1) % count] += share
-    return found

@@ -240,7 +240,7 @@ class JointModel:
             np.hstack([side.rows.columns(common), float(side.is_after) * side.rows.columns(changed)]) for side in sides
         ]
         return Products(
-            np.hstack([_block_diagonal([side.rows.known for side in sides]), *_model_errors(sides, state)]),
+            np.hstack([_block_diagonal([side.rows.own for side in sides]), *_model_errors(sides, state)]),
             np.vstack(smooth),
             np.vstack(own)[:, : own[0].shape[1] * (len(sides) - 1)],
             np.vstack(wanted),

@@ -11,7 +11,8 @@ import numpy as np
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.diagnosis.change._joint_model import Hypothesis, JointFit, JointModel, Sizes, summed
-from cycloid_profile.diagnosis.model.candidate import IMPLAUSIBLE, Candidate
+from cycloid_profile.diagnosis.model import evidence
+from cycloid_profile.diagnosis.model.candidate import Candidate
 from cycloid_profile.diagnosis.model.evidence import Library
 
 _SINGLES, _PAIRS, _SWAPS = 3, 2, 2  # kinds of additions and exchanges fitted about an optimum
@@ -280,12 +281,9 @@ def exchanges(fit: JointFit, linear: _Linear, member: Candidate, most: int) -> l
 def is_plausible(hypothesis: Hypothesis, theta: FloatArray) -> bool:
     """Whether all amounts are within their plausible sizes at both times, and on the permitted side of zero."""
     n = 2 * len(hypothesis.before)
-    for members, x in ((hypothesis.before, theta[:n]), (hypothesis.after, hypothesis.to_after @ theta)):
-        if np.any(np.hypot(x[0::2], x[1::2]) > IMPLAUSIBLE):
-            return False
-        if any(one.one_sided and x[2 * i] <= 0.0 for i, one in enumerate(members)):
-            return False
-    return True
+    return evidence.is_plausible(hypothesis.before, theta[:n]) and evidence.is_plausible(
+        hypothesis.after, hypothesis.to_after @ theta
+    )
 
 
 def _extended(base: Hypothesis, terms: Sequence[_Term]) -> Hypothesis:

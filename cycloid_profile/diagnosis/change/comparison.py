@@ -22,7 +22,7 @@ from cycloid_profile.diagnosis.data.recording import use_all_rows
 from cycloid_profile.diagnosis.model.candidate import Candidate, candidates
 from cycloid_profile.diagnosis.model.evidence import Library
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
-from cycloid_profile.diagnosis.model.residuals import Residuals, nuisance_fitted
+from cycloid_profile.diagnosis.model.residuals import Residuals, fitted_rms
 from cycloid_profile.diagnosis.verdict.json_output import rounded_number
 from cycloid_profile.diagnosis.verdict.result import Diagnosis, FileGap
 from cycloid_profile.effects import EffectLocation
@@ -47,8 +47,8 @@ class FilePair:
     @property
     def rms(self) -> tuple[float | None, float, float]:
         """Of the file before, of the file after without and with the changes; zero and datum fitted."""
-        before = None if self.before is None else _rms(self.before)
-        return before, _rms(self.unchanged), _rms(self.after)
+        before = None if self.before is None else _rms_of_all(self.before)
+        return before, _rms_of_all(self.unchanged), _rms_of_all(self.after)
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,9 +213,8 @@ def _notes(model: JointModel, search: JointSearch) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def _rms(residuals: Residuals) -> float:
-    rows = np.isfinite(residuals.residual)
-    return float(np.sqrt(np.mean(nuisance_fitted(residuals)[rows] ** 2))) if np.any(rows) else float("nan")
+def _rms_of_all(residuals: Residuals) -> float:
+    return fitted_rms(residuals, np.ones(residuals.residual.size, dtype=bool))
 
 
 def comparison_to_json(comparison: Comparison) -> dict[str, Any]:

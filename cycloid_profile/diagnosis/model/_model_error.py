@@ -23,8 +23,8 @@ from cycloid_profile.rig import LinearisedCurve
 from cycloid_profile.units import NEWTON_METRE
 
 _NEAR, _FAR = 1.0, 4.0  # pin pitches over which the coupling of neighbouring pins by the disc decays
-# Shares of the largest torque after a reversal, knots of hat functions; at the last one friction has its full form.
-_AFTER_REVERSAL = (0.0, 0.05, 0.1, 0.2, 0.4)
+_STICKS = (0.5, 1.0)  # of the torque over which friction sticks after a reversal: others slip at once, or sooner
+_WHOLE_LOOP = 2.0  # of the largest torque
 _MULTIPLES = 6  # of lobes and pins: amplitudes fall with the harmonic
 
 
@@ -60,23 +60,46 @@ def load_error(reducer: AsBuiltReducer, curve: LinearisedCurve, recording: Recor
 
 
 def path_error(reducer: AsBuiltReducer, curve: LinearisedCurve, recording: Recording) -> FloatArray:
-    """Columns of the error of the path of a loop, with shares of the whole twist as widths, shape (rows, columns).
+    """Columns of the error of the path of a loop, hat functions along it, shape (rows, columns).
 
-    Hat functions along the path, and one column for each row that the model places so close to zero torque on the stage
-    that either flank may touch.
+    Their width is a share of the whole twist.
+    """
+    share = tuned.LOOP_PATH[priors_of(reducer).quality]
+    if recording.kind is not HYSTERESIS or not share:
+        return np.zeros((recording.rows.size, 0))
+    torque = recording.measurement["torque_nm"]
+    path = np.cumsum(np.abs(np.diff(torque, prepend=torque[0]))) / (tuned.LOOP_PATH_STEP * np.max(np.abs(torque)))
+    return share * _whole_twist(curve) * hat_functions(path[recording.rows], int(np.ceil(path[-1])) + 1)
+
+
+def row_error(reducer: AsBuiltReducer, curve: LinearisedCurve, recording: Recording) -> FloatArray:
+    """One column for each row of a loop so close to zero torque on the stage that either flank may touch.
+
+    The width at zero is the whole twist; shape (rows, such rows). Two files have nothing of this error in common.
     """
     if recording.kind is not HYSTERESIS:
         return np.zeros((recording.rows.size, 0))
-    rows, torque = recording.rows, recording.measurement["torque_nm"] * NEWTON_METRE
-    predicted, peak = curve.prediction, float(np.max(np.abs(torque)))
-    found = predicted.on_last_flank[np.isfinite(predicted.on_last_flank)]
-    twist = float(np.ptp(found)) if found.size else 0.0
-    path = np.cumsum(np.abs(np.diff(torque, prepend=torque[0]))) / (tuned.LOOP_PATH_STEP * peak)
-    hats = np.maximum(1.0 - np.abs(path[rows, np.newaxis] - np.arange(np.ceil(path[-1]) + 1.0)), 0.0)
+    peak = float(np.max(np.abs(recording.measurement["torque_nm"]))) * NEWTON_METRE
     margin = NEAR_ZERO * peak + FRICTION_MARGIN * reducer.coulomb_torque
-    near = np.maximum(1.0 - np.abs(predicted.terms[0].through) / margin, 0.0)
-    share = tuned.LOOP_PATH[priors_of(reducer).quality]
-    return twist * np.hstack([share * hats[:, : hats.shape[1] * (share > 0.0)], np.diag(near)[:, near > 0.0]])
+    near = np.maximum(1.0 - np.abs(curve.prediction.terms[0].through) / margin, 0.0)
+    return _whole_twist(curve) * np.diag(near)[:, near > 0.0]
+
+
+def _whole_twist(curve: LinearisedCurve) -> float:
+    angle = curve.prediction.on_last_flank
+    found = angle[np.isfinite(angle)]
+    return float(np.ptp(found)) if found.size else 0.0
+
+
+def hat_functions(x: FloatArray, count: int, periodic: bool = False) -> FloatArray:
+    """Linear interpolation between ``count`` knots at 0, 1, …; shape (rows, count)."""
+    left = np.floor(x).astype(np.intp) if periodic else np.clip(np.floor(x).astype(np.intp), 0, count - 2)
+    share = x - left
+    found = np.zeros((x.size, count))
+    rows = np.arange(x.size)
+    found[rows, left % count] += 1.0 - share
+    found[rows, (left + 1) % count] += share
+    return found
 
 
 def order_error(reducer: AsBuiltReducer, recording: Recording, position: FloatArray) -> FloatArray:
@@ -125,8 +148,10 @@ def _form_error_of_loop(signature: FloatArray, recording: Recording) -> FloatArr
     elastic = smooth @ np.linalg.lstsq(smooth, signature, rcond=None)[0]
     path = signature - elastic
     slow = [elastic * t, elastic * t * t, elastic * t**3, path * t, path * branch, path * branch * t]
-    hats = np.eye(len(_AFTER_REVERSAL))[:-1]
-    after = [np.interp(past, _AFTER_REVERSAL, hat) * path for hat in hats]
+    # One friction slips at once, another sticks until it pulls the other way: they differ by a triangle of that length.
+    full = branch * float(np.max(np.abs(path), initial=0.0))
+    stick = 2.0 * float(np.min(past[branch * path > 0.0], initial=_WHOLE_LOOP))
+    after = [np.maximum(1.0 - past / (share * stick), 0.0) * full for share in _STICKS]
     return np.stack([*(tuned.FORM * one for one in slow), *(tuned.REVERSAL * one for one in after)], axis=1)
 
 

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
+from cycloid_profile.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from cycloid_profile.diagnosis.data.recording import Recording
-from cycloid_profile.diagnosis.model._model_error import form_error, load_error, order_error, path_error
+from cycloid_profile.diagnosis.model._model_error import form_error, load_error, order_error, path_error, row_error
 from cycloid_profile.diagnosis.model.candidate import Candidate
 from cycloid_profile.diagnosis.model.flank_grid import FlankGrid
 from cycloid_profile.effects import AsBuiltReducer, chatter_angle, removal_between
@@ -103,6 +103,13 @@ class Residuals:
         grown = load_error(self.reducer, self.first_order, self.recording)
         path = path_error(self.reducer, self.first_order, self.recording)
         return np.hstack([grown, path, order_error(self.reducer, self.recording, self.position)])
+
+    @cached_property
+    def row_error(self) -> FloatArray:
+        """Further error of single rows, as columns with their prior widths, shape (rows, columns)."""
+        if self.recording.kind is PROFILE_SCAN:
+            return np.zeros((self.residual.size, 0))
+        return row_error(self.reducer, self.first_order, self.recording)
 
     def form_error(self, members: Sequence[Candidate], u: FloatArray) -> FloatArray:
         """Error in the form of effects at coordinates ``u``, as columns with their prior widths."""
@@ -204,6 +211,14 @@ def predicted_curves(
         )
     )
     return [known[i].at(r.rows) if i in known else found[i] for i, r in enumerate(recordings)]
+
+
+def fitted_rms(residuals: Residuals, rows: BoolArray, held_out: bool = False) -> float:
+    """Root mean square of ``nuisance_fitted`` at those of ``rows`` that have a prediction; NaN without any."""
+    rows = rows & np.isfinite(residuals.residual)
+    if not np.any(rows):
+        return float("nan")
+    return float(np.sqrt(np.mean(nuisance_fitted(residuals, held_out)[rows] ** 2)))
 
 
 def nuisance_fitted(residuals: Residuals, held_out: bool = False) -> FloatArray:

@@ -33,7 +33,7 @@ class Whitened:
         self.z = self._white(residuals.residual)
         # Datum, zero and drift come first, then the errors of the model.
         self.known = residuals.nuisance.shape[1]
-        every = [residuals.nuisance, residuals.model_error]
+        every = [residuals.nuisance, residuals.model_error, residuals.row_error]
         if members:
             every.append(residuals.form_error(members, u))
         self.nuisance = self._white(np.hstack(every))

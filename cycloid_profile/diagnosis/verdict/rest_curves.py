@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cycloid_profile.diagnosis.model.residuals import Residuals, nuisance_fitted
+from cycloid_profile.diagnosis.model.residuals import Residuals, fitted_rms, nuisance_fitted
 from cycloid_profile.diagnosis.verdict.remainder import ScanResidual, smooth_remainder
 from cycloid_profile.effects import Empirical, fit_torque_twist, form_deviation_of, loop_branches
 from cycloid_profile.errors import CycloidError
@@ -37,7 +37,8 @@ class EmpiricalFit:
 def exceed_noise(residuals: Sequence[Residuals]) -> bool:
     """Whether a loop leaves several times its noise: the error of the model of a printed reducer may."""
     return any(
-        one.recording.kind is HYSTERESIS and _rms(one, held_out=False) > _MANY * one.recording.noise.sigma
+        one.recording.kind is HYSTERESIS
+        and fitted_rms(one, ~one.recording.held_out) > _MANY * one.recording.noise.sigma
         for one in residuals
     )
 
@@ -53,7 +54,7 @@ def empirical_fits(residuals: Sequence[Residuals]) -> tuple[EmpiricalFit, ...]:
             after = Residuals(one.recording, effect.apply(one.reducer))
         except CycloidError:
             continue
-        before_rms, after_rms = (_rms(each, held_out=True) for each in (one, after))
+        before_rms, after_rms = (fitted_rms(each, one.recording.held_out) for each in (one, after))
         if after_rms < before_rms:
             found.append(EmpiricalFit(effect, one.recording.name, one.recording.unit, before_rms, after_rms))
     return tuple(found)
@@ -78,8 +79,3 @@ def _curve_of(one: Residuals) -> Empirical | None:
         rows = recording.rows[fit]
         return fit_torque_twist(torque[rows], branch[fit], left[fit], noise.sigma, correlation=noise.rho)
     return None
-
-
-def _rms(one: Residuals, held_out: bool) -> float:
-    rows = (one.recording.held_out == held_out) & np.isfinite(one.residual)
-    return float(np.sqrt(np.mean(nuisance_fitted(one)[rows] ** 2))) if np.any(rows) else float("inf")

@@ -22,7 +22,7 @@ from cycloid_profile.diagnosis.model.detection import (
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
 from cycloid_profile.diagnosis.model.flank_grid import FlankGrid
 from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
-from cycloid_profile.diagnosis.model.residuals import Residuals, nuisance_fitted
+from cycloid_profile.diagnosis.model.residuals import Residuals, fitted_rms
 from cycloid_profile.diagnosis.model.whitened import NormalEquations, Whitened, normal_equations
 from cycloid_profile.diagnosis.planning.detectable import smallest_detectable
 from cycloid_profile.diagnosis.search.lobe_index import index_lobes
@@ -271,16 +271,12 @@ def _places(detection: Detection) -> tuple[Finding, ...]:
 
 
 def _gap(recording: Recording, before: Residuals, after: Residuals) -> FileGap:
-    values = [_rms(residuals, held) for held in (False, True) for residuals in (before, after)]
+    values = [
+        fitted_rms(residuals, recording.held_out == held, held)
+        for held in (False, True)
+        for residuals in (before, after)
+    ]
     fit_before, fit_after, held_before, held_after = values
     block = Whitened(after, held_out=bool(np.all(recording.held_out)))
     chi2 = block.chi2 / max(block.z.size, 1)
     return FileGap(recording, before, after, fit_before, fit_after, held_before, held_after, chi2)
-
-
-def _rms(residuals: Residuals, held_out: bool) -> float:
-    """Root mean square of the residual, nuisances fitted to the same rows; NaN without rows."""
-    rows = (residuals.recording.held_out == held_out) & np.isfinite(residuals.residual)
-    if not np.any(rows):
-        return float("nan")
-    return float(np.sqrt(np.mean(nuisance_fitted(residuals, held_out)[rows] ** 2)))
