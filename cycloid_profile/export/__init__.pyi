@@ -16,10 +16,12 @@ from .dxf import read_dxf_arcs as read_dxf_arcs
 from .dxf import read_dxf_profile as read_dxf_profile
 from .dxf import write_polyline as write_polyline
 from .formats import EXPORTERS as EXPORTERS
+from .formats import NOT_OF_A_CORRECTION as NOT_OF_A_CORRECTION
 from .formats import CadProcess as CadProcess
 from .formats import check_deviation as check_deviation
 from .formats import exporter_for as exporter_for
 from .formats import file_names as file_names
+from .formats import write_discs as write_discs
 from .formats import write_formats as write_formats
 from .formats import write_in_two_processes as write_in_two_processes
 from .inspection import Inspection as Inspection

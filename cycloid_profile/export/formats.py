@@ -25,6 +25,7 @@ from cycloid_profile.export.cad import (
     StepAssemblyExporter,
     StepExporter,
 )
+from cycloid_profile.export.curves import ProfileSource
 from cycloid_profile.export.drawing import DrawingExporter
 from cycloid_profile.export.dxf import ArcDxfExporter, DxfExporter, OffsetDxfExporter
 from cycloid_profile.export.inspection import DmisExporter
@@ -34,7 +35,7 @@ from cycloid_profile.export.svg import SvgExporter
 from cycloid_profile.export.writing import Exporter, LibraryMissing, WrittenFile, signals_deferred
 from cycloid_profile.units import UM
 
-_ALL: tuple[Exporter, ...] = (
+_ALL: tuple[Exporter[Any], ...] = (
     ProfileCsvExporter(),
     DxfExporter(),
     ArcDxfExporter(),
@@ -57,7 +58,7 @@ _ALL: tuple[Exporter, ...] = (
     DmisExporter(),
     VdaExporter(),
 )
-EXPORTERS: Mapping[str, Exporter] = {exporter.format: exporter for exporter in _ALL}
+EXPORTERS: Mapping[str, Exporter[Any]] = {exporter.format: exporter for exporter in _ALL}
 Outcome = tuple[list[WrittenFile], dict[str, str]]
 _COMMAND = (
     "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); "
@@ -67,9 +68,19 @@ _COMMAND = (
 WITH_KERNEL = frozenset({"dxf", "step", "step-assembly", "parts-step", "parts-3mf", "parts-stl"})
 # Formats with all parts of a stage, not of one disc.
 OF_THE_STAGE = frozenset({"step-assembly", "parts-step", "parts-3mf", "parts-stl", "bom"})
+# Formats of the finished disc or stage: a corrected tooth is ground, but never the aim.
+NOT_OF_A_CORRECTION: Mapping[str, str] = {
+    **dict.fromkeys(
+        ("drawing", "cmm", "dmis", "vdafs"),
+        "it describes the finished disc, whose tooth is nominal; use that of build",
+    ),
+    **dict.fromkeys(
+        sorted(OF_THE_STAGE), "it holds parts of the finished stage, whose teeth are nominal; use that of build"
+    ),
+}
 
 
-def exporter_for(name: str) -> Exporter:
+def exporter_for(name: str) -> Exporter[Any]:
     """The exporter of a format. Raises ``ExportError`` for an unknown one."""
     if name not in EXPORTERS:
         remedy = did_you_mean(name, EXPORTERS, f"choose from {', '.join(EXPORTERS)}")
@@ -86,11 +97,23 @@ def write_formats(
 
     Raises ``ExportError`` if a file, read back, exceeds its tolerance.
     """
-    discs = disc_records(record)
+    return write_discs(disc_records(record), formats, folder, progress)
+
+
+def write_discs(
+    discs: Sequence[ProfileSource],
+    formats: Sequence[str],
+    folder: Path,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Outcome:
+    """As ``write_formats``, of the given ``discs``: each has a file of every format of a disc, named by its ``label``.
+
+    Formats of the stage are those of the first of them, a ``DesignRecord``.
+    """
     written: list[WrittenFile] = []
     skipped: dict[str, str] = {}
     for name in dict.fromkeys(formats):
-        progress(f"writing {', '.join(file_names(name, [one.disc for one in discs]))}")
+        progress(f"writing {', '.join(_labelled_names(name, [one.label for one in discs]))}")
         try:
             for one in discs[:1] if name in OF_THE_STAGE else discs:
                 written += [check_deviation(file) for file in _write(exporter_for(name), one, folder)]
@@ -101,29 +124,35 @@ def write_formats(
 
 def file_names(name: str, discs: Sequence[int] = (1,)) -> tuple[str, ...]:
     """Names of the files of a format where the different discs of a stage have the numbers ``discs``."""
+    return _labelled_names(name, ["" if disc == 1 else f"disc_{disc}" for disc in discs])
+
+
+def _labelled_names(name: str, labels: Sequence[str]) -> tuple[str, ...]:
     own = exporter_for(name).filenames
-    return tuple(_numbered(file, disc) for disc in (discs[:1] if name in OF_THE_STAGE else discs) for file in own)
+    return tuple(_labelled(file, one) for one in (labels[:1] if name in OF_THE_STAGE else labels) for file in own)
 
 
-def _write(exporter: Exporter, record: DesignRecord, folder: Path) -> tuple[WrittenFile, ...]:
-    if record.disc == 1:
-        return exporter.write(record, folder)
+def _write(exporter: Exporter[Any], source: ProfileSource, folder: Path) -> tuple[WrittenFile, ...]:
+    if not source.label:
+        return exporter.write(source, folder)
     # Of this format alone: another process may write others at the same time.
-    own = folder / f"disc_{record.disc}_{exporter.format}"
+    own = folder / f"{source.label}_{exporter.format}"
     own.mkdir(exist_ok=True)
-    files = exporter.write(record, own)
-    numbered = tuple(replace(file, name=_numbered(file.name, record.disc)) for file in files)
-    for file, target in zip(files, numbered, strict=True):
+    files = exporter.write(source, own)
+    labelled = tuple(replace(file, name=_labelled(file.name, source.label)) for file in files)
+    for file, target in zip(files, labelled, strict=True):
         (own / file.name).replace(folder / target.name)
     own.rmdir()
-    return numbered
+    return labelled
 
 
-def _numbered(name: str, disc: int) -> str:
-    """``disc_2.step`` of ``disc.step``, ``profile_disc_2.dxf`` of ``profile.dxf``; that of disc 1 has no number."""
+def _labelled(name: str, label: str) -> str:
+    """``disc_2.step`` of ``disc.step``, ``profile_disc_2.dxf`` of ``profile.dxf``, ``disc_corrected.step``."""
     path = Path(name)
-    stem = path.stem if path.stem == "disc" else f"{path.stem}_disc"
-    return name if disc == 1 else f"{stem}_{disc}{path.suffix}"
+    if not label:
+        return name
+    stem = label if path.stem == "disc" and label.startswith("disc_") else f"{path.stem}_{label}"
+    return f"{stem}{path.suffix}"
 
 
 class CadProcess:
@@ -153,14 +182,14 @@ class CadProcess:
                 self._process.kill()
                 self._process.communicate()
 
-    def start(self, record: DesignRecord, folder: Path) -> None:
+    def start(self, discs: Sequence[ProfileSource], folder: Path) -> None:
         """Begin to write the formats into ``folder``."""
         if self._process is None or self._process.stdin is None:
             return
         # Effects and laws of a script or notebook cannot be imported by another process.
         with contextlib.suppress(PluginError, pickle.PicklingError, AttributeError, TypeError, BrokenPipeError):
-            # Plugins first: the record may hold their effects.
-            job = (plugin_sources(), pickle.dumps(record), self.formats, folder)
+            # Plugins first: the discs may hold their effects.
+            job = (plugin_sources(), pickle.dumps(tuple(discs)), self.formats, folder)
             pickle.dump(job, self._process.stdin)
             self._process.stdin.flush()
             self._has_job = True
@@ -168,7 +197,7 @@ class CadProcess:
     def result(self) -> Outcome | None:
         """The written files and skipped formats, as of ``write_formats``, when they are done; raises its errors.
 
-        None where the other process could not take the record, or was ended by others.
+        None where the other process could not take the discs, or was ended by others.
         """
         if self._process is None:
             return [], {}
@@ -185,22 +214,22 @@ class CadProcess:
 
 
 def write_in_two_processes(
-    record: DesignRecord,
+    discs: Sequence[ProfileSource],
     formats: Sequence[str],
     folder: Path,
     process: CadProcess,
     progress: Callable[[str], None] = lambda _: None,
     meanwhile: Callable[[], None] = lambda: None,
 ) -> Outcome:
-    """As ``write_formats``: ``process`` writes its formats, this one the others and then does what is to be done
+    """As ``write_discs``: ``process`` writes its formats, this one the others and then does what is to be done
     ``meanwhile``."""
-    process.start(record, folder)
+    process.start(discs, folder)
     here = [name for name in formats if name not in process.formats]
-    written, skipped = write_formats(record, here, folder, progress)
+    written, skipped = write_discs(discs, here, folder, progress)
     meanwhile()
     if process.formats:
         progress(f"writing {', '.join(process.formats)}")
-    more, missing = process.result() or write_formats(record, process.formats, folder)
+    more, missing = process.result() or write_discs(discs, process.formats, folder)
     order = {name: i for i, name in enumerate(dict.fromkeys(formats))}
     return sorted([*written, *more], key=lambda file: order[file.format]), {**skipped, **missing}
 
@@ -218,11 +247,11 @@ def write_for_another_process() -> None:
     try:
         plugins, packed, formats, folder = jobs.get()
         load_plugins(plugins, must_register=False)
-        record = pickle.loads(packed)
+        discs = pickle.loads(packed)
     except (AttributeError, ImportError, PluginError, pickle.UnpicklingError):
         return
     try:
-        outcome: Outcome | BaseException = write_formats(record, formats, folder)
+        outcome: Outcome | BaseException = write_discs(discs, formats, folder)
     except (CycloidError, OSError, MemoryError) as error:
         outcome = error
     with pipe:

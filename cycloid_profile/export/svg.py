@@ -10,8 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from cycloid_profile.arrays import ComplexArray
-from cycloid_profile.design import DesignRecord
-from cycloid_profile.export.curves import FIT_SHARE, deviation_both_ways, disc_splines
+from cycloid_profile.export.curves import FIT_SHARE, ProfileSource, deviation_both_ways, disc_splines
 from cycloid_profile.export.writing import SingleFileExporter, WrittenFile, read_back_error
 from cycloid_profile.geometry import Arc, Contour
 from cycloid_profile.units import UM
@@ -23,13 +22,13 @@ _POINTS_PER_CURVE = 7  # measured when the file is read back
 
 
 @dataclass(frozen=True)
-class SvgExporter(SingleFileExporter[DesignRecord]):
+class SvgExporter(SingleFileExporter[ProfileSource]):
     """Writes ``profile.svg``: the tooth as cubic Bézier curves and the openings, one unit a millimetre."""
 
     format: str = "svg"
     filename: str = "profile.svg"
 
-    def write_file(self, source: DesignRecord, path: Path) -> WrittenFile:
+    def write_file(self, source: ProfileSource, path: Path) -> WrittenFile:
         """Write and read back. Raises ``ExportError`` if the path read back is open."""
         tolerance = source.spec.export.chord_tolerance_um * UM
         splines = disc_splines(source.profile, 3, FIT_SHARE * tolerance)

@@ -13,10 +13,9 @@ import numpy as np
 
 from cycloid_profile._display import Described
 from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
-from cycloid_profile.design import DesignRecord
 from cycloid_profile.errors import ExportError, GeometryError
 from cycloid_profile.export.cad.parts import PrintOffsets
-from cycloid_profile.export.curves import chain_of, chord_points, deviation_both_ways, offset_left
+from cycloid_profile.export.curves import ProfileSource, chain_of, chord_points, deviation_both_ways, offset_left
 from cycloid_profile.export.writing import SingleFileExporter, WrittenFile, lib3mf, plain_name, read_back_error
 from cycloid_profile.geometry import Arc, Contour, DiscOutline, Line, circular_contour
 from cycloid_profile.modification import Equidistant, modify
@@ -102,10 +101,10 @@ def _triangulated(rings: list[ComplexArray], flat: ComplexArray) -> IntArray:
 
 
 @dataclass(frozen=True)
-class MeshExporter(SingleFileExporter[DesignRecord]):
+class MeshExporter(SingleFileExporter[ProfileSource]):
     """Writes ``disc.3mf`` or ``disc.stl``: one closed mesh in millimetres."""
 
-    def write_file(self, source: DesignRecord, path: Path) -> WrittenFile:
+    def write_file(self, source: ProfileSource, path: Path) -> WrittenFile:
         """Write and read back; the deviation is from the tooth with the printer's offset, chords included.
 
         Raises ``LibraryMissing``, or ``ExportError`` if the mesh read back is open or the offset undercuts.

@@ -23,7 +23,7 @@ from cycloid_profile.export.cad.parts import (
     mounted,
     stage_parts,
 )
-from cycloid_profile.export.curves import FIT_SHARE, SplinePiece, deviation_both_ways, disc_splines
+from cycloid_profile.export.curves import FIT_SHARE, ProfileSource, SplinePiece, deviation_both_ways, disc_splines
 from cycloid_profile.export.writing import SingleFileExporter, WrittenFile, plain_name, require_cad_kernel
 from cycloid_profile.geometry import DiscOutline
 from cycloid_profile.spec.model import MaterialSpec
@@ -44,13 +44,13 @@ _SIZED_TO_FIT = CadMaterial("unnamed", "sized to show and to fit, not designed")
 
 
 @dataclass(frozen=True)
-class StepExporter(SingleFileExporter[DesignRecord]):
+class StepExporter(SingleFileExporter[ProfileSource]):
     """Writes ``disc.step``: the disc as a solid with its openings, tooth flanks as splines."""
 
     format: str = "step"
     filename: str = "disc.step"
 
-    def write_file(self, source: DesignRecord, path: Path) -> WrittenFile:
+    def write_file(self, source: ProfileSource, path: Path) -> WrittenFile:
         """Write and read back.
 
         Raises ``LibraryMissing``, or ``ExportError`` if the solid read back is not valid and closed.
@@ -100,7 +100,7 @@ class StepAssemblyExporter(SingleFileExporter[DesignRecord]):
         return self.measured(tolerance, worst, "OpenCascade, valid closed solids in place", counts)
 
 
-def to_build123d(record: DesignRecord) -> Any:
+def to_build123d(record: ProfileSource) -> Any:
     """The disc as a ``Part`` of build123d, with its label and colour, to model on with.
 
     Raises ``LibraryMissing`` where build123d cannot be imported.
@@ -122,7 +122,7 @@ def stage_to_build123d(record: DesignRecord, crank_angle: float = 0.0) -> Any:
     return kernel.assembly(plain_name(record.spec.name), _stage(record, crank_angle))
 
 
-def _disc_part(record: DesignRecord) -> CadPart:
+def _disc_part(record: ProfileSource) -> CadPart:
     from cycloid_profile.export.cad import _solids as kernel
 
     solid = kernel.plate(_tooth(record), record.outline.contours, 0.0, record.drive.disc_width)
@@ -141,7 +141,7 @@ def _stage(record: DesignRecord, crank_angle: float) -> tuple[CadPart, ...]:
     return (*discs, *(cad_part(record, part) for part in parts_of(record, crank_angle)))
 
 
-def _tooth(record: DesignRecord) -> tuple[SplinePiece, ...]:
+def _tooth(record: ProfileSource) -> tuple[SplinePiece, ...]:
     tolerance = record.spec.export.chord_tolerance_um * UM
     return disc_splines(record.profile, record.spec.export.step.degree, FIT_SHARE * tolerance)
 

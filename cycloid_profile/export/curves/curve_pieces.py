@@ -13,6 +13,8 @@ from cycloid_profile.arrays import FloatArray
 from cycloid_profile.errors import ExportError
 from cycloid_profile.geometry import (
     ChordTolerance,
+    Contour,
+    DiscOutline,
     Drive,
     ToothPoints,
     ToothProfile,
@@ -28,7 +30,7 @@ _GROWTH = 1.05  # of the number of pieces from trial to trial: at most 5 % too m
 
 
 class ProfileSource(Protocol):
-    """A tooth to be ground with its spec; ``DesignRecord`` and ``SpecifiedProfile`` implement it."""
+    """A disc to be made with its spec; ``DesignRecord`` and ``SpecifiedProfile`` implement it."""
 
     @property
     def spec(self) -> Spec:
@@ -45,14 +47,46 @@ class ProfileSource(Protocol):
         """The tooth to be ground."""
         ...
 
+    @property
+    def outline(self) -> DiscOutline:
+        """The tooth with the openings."""
+        ...
+
+    @property
+    def disc(self) -> int:
+        """Number of the disc, counted from 1."""
+        ...
+
+    @property
+    def openings_turn(self) -> float:
+        """Turn of the openings against the teeth, compared with disc 1, anticlockwise [rad]."""
+        ...
+
+    @property
+    def label(self) -> str:
+        """Addition to the names of its files, empty for the nominal disc 1."""
+        ...
+
 
 @dataclass(frozen=True, slots=True)
 class SpecifiedProfile:
-    """A ``ProfileSource`` without a design record, such as a corrected tooth."""
+    """A ``ProfileSource`` without a design record, such as a corrected disc; see there.
+
+    ``contours`` round the openings of the disc, as turned by ``openings_turn``.
+    """
 
     spec: Spec
     drive: Drive
     profile: ToothProfile
+    contours: tuple[Contour, ...] = ()
+    disc: int = 1
+    openings_turn: float = 0.0
+    label: str = ""
+
+    @property
+    def outline(self) -> DiscOutline:
+        """The tooth with the openings."""
+        return DiscOutline(self.profile, self.contours)
 
 
 @dataclass(frozen=True, slots=True)

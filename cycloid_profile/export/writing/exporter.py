@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Generic, Protocol, TypeVar
 
-from cycloid_profile.design import DesignRecord
 from cycloid_profile.errors import ExportError
 from cycloid_profile.export.curves import Deviation
 from cycloid_profile.export.writing.signals import signals_deferred
@@ -36,7 +35,7 @@ class WrittenFile:
     measures: dict[str, float] = field(default_factory=dict)
 
 
-class Exporter(Protocol):
+class Exporter(Protocol[Source]):
     """One file format."""
 
     @property
@@ -49,7 +48,7 @@ class Exporter(Protocol):
         """Names of the files it writes."""
         ...
 
-    def write(self, record: DesignRecord, folder: Path) -> tuple[WrittenFile, ...]:
+    def write(self, source: Source, folder: Path, /) -> tuple[WrittenFile, ...]:
         """Write the files into ``folder``, read each back and measure it; in the order of ``filenames``."""
         ...
 

@@ -1,6 +1,7 @@
 """Names of the room; each is imported when first used."""
 
 from .correction_package import correct_scans as correct_scans
+from .correction_package import corrected_disc as corrected_disc
 from .correction_package import write_correction as write_correction
 from .package import diagnosis_report as diagnosis_report
 from .package import save_plan_plot as save_plan_plot
