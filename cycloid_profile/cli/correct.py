@@ -62,6 +62,7 @@ def correct(
     scans
         Profile scans of one disc (CSV), also of other programs.
     """
+    from cycloid_profile.export import ascii_name_notes
     from cycloid_profile.report.diagnosis import correct_scans, correction_sentences, correction_tables
 
     require_files(scans, "profile scans")
@@ -90,5 +91,7 @@ def correct(
     elif not printed:
         print_tables(correction_tables(values))
         print_text("", *correction_sentences(values), "", f"written: {folder}")
+    if values["files"]:
+        warn(*ascii_name_notes(wanted, format))
     warn(*(f"{name} is not written: {reason}" for name, reason in values["skipped"].items()))
     return status or int(bool(values["skipped"]))

@@ -18,6 +18,7 @@ from .dxf import write_polyline as write_polyline
 from .formats import EXPORTERS as EXPORTERS
 from .formats import NOT_OF_A_CORRECTION as NOT_OF_A_CORRECTION
 from .formats import CadProcess as CadProcess
+from .formats import ascii_name_notes as ascii_name_notes
 from .formats import check_deviation as check_deviation
 from .formats import exporter_for as exporter_for
 from .formats import file_names as file_names

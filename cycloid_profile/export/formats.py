@@ -9,7 +9,7 @@ import queue
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -32,7 +32,8 @@ from cycloid_profile.export.inspection import DmisExporter
 from cycloid_profile.export.nc import GcodeExporter, GcodePathExporter, PolarExporter, WireExporter
 from cycloid_profile.export.points import CmmExporter, ProfileCsvExporter, VdaExporter
 from cycloid_profile.export.svg import SvgExporter
-from cycloid_profile.export.writing import Exporter, LibraryMissing, WrittenFile, signals_deferred
+from cycloid_profile.export.writing import Exporter, LibraryMissing, WrittenFile, plain_name, signals_deferred
+from cycloid_profile.spec.model import Spec
 from cycloid_profile.units import UM
 
 _ALL: tuple[Exporter[Any], ...] = (
@@ -66,6 +67,8 @@ _COMMAND = (
 )
 # Formats that load the CAD kernel, the DXF for its area.
 WITH_KERNEL = frozenset({"dxf", "step", "step-assembly", "parts-step", "parts-3mf", "parts-stl"})
+# Formats whose readers, controls and measuring machines, take plain ASCII only.
+IN_ASCII = frozenset({"gcode", "gcode-polar", "gcode-wire", "dmis", "vdafs"})
 # Formats with all parts of a stage, not of one disc.
 OF_THE_STAGE = frozenset({"step-assembly", "parts-step", "parts-3mf", "parts-stl", "bom"})
 # Formats of the finished disc or stage: a corrected tooth is ground, but never the aim.
@@ -86,6 +89,14 @@ def exporter_for(name: str) -> Exporter[Any]:
         remedy = did_you_mean(name, EXPORTERS, f"choose from {', '.join(EXPORTERS)}")
         raise ExportError("format", f"'{name}'", "is not known", remedy, " ")
     return EXPORTERS[name]
+
+
+def ascii_name_notes(spec: Spec, formats: Iterable[str]) -> list[str]:
+    """A sentence on the name of a spec where some of the ``formats`` cannot hold it as it is."""
+    concerned, written = [name for name in formats if name in IN_ASCII], plain_name(spec.name)
+    if not concerned or written == spec.name:
+        return []
+    return [f"the name '{spec.name}' is '{written}' in {', '.join(concerned)}: such files hold plain ASCII only"]
 
 
 def write_formats(

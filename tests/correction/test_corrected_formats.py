@@ -195,7 +195,7 @@ def test_programs_run_on_the_corrected_tooth_with_the_machine_of_the_file(writte
     def run(name: str) -> Any:
         text = (written.folder / name).read_text(encoding="ascii")
         assert text.startswith("%\nO0001")
-        assert "NINE LOBES CORRECTED" in text
+        assert "CORRECTED NINE LOBES" in text
         assert "DISC 2: ROOT 1 ON THE X AXIS, OPENINGS" in text
         assert ("LOBES DIFFER" in text) != written.found.program.identical_lobes
         return interpret(text, machine, name)

@@ -14,7 +14,7 @@ import numpy as np
 
 from cycloid_profile.arrays import ComplexArray, FloatArray
 from cycloid_profile.export.curves import ProfileSource
-from cycloid_profile.export.writing import plain_name, read_back_error
+from cycloid_profile.export.writing import dxf_text, read_back_error
 from cycloid_profile.geometry import Contour, Line
 
 VERSION = "R2010"
@@ -148,7 +148,7 @@ def draw_notes(space: Any, record: ProfileSource, note: str) -> None:
     height = tip * _TEXT_PER_RADIUS
     lowest = -trochoid.pin_circle_radius - record.drive.pin_radius
     lines = (
-        plain_name(record.spec.name),
+        dxf_text(record.spec.name),
         f"LOBES {trochoid.lobes}  PINS {trochoid.pins}  PIN CIRCLE R {trochoid.pin_circle_radius:g}  "
         f"PIN R {record.drive.pin_radius:g}  ECCENTRICITY {trochoid.eccentricity:g}  MM",
         f"PITCH CIRCLE R {trochoid.longest_lever:g}  {note}",

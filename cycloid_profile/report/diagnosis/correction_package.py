@@ -154,7 +154,7 @@ def corrected_disc(
             skipped[export.points.file] = _ONE_GAP
             export = msgspec.structs.replace(export, points=None)
         export = msgspec.structs.replace(export, form_wheel=None)
-    labelled = msgspec.structs.replace(spec, name=f"{spec.name} {LABEL}", export=export)
+    labelled = msgspec.structs.replace(spec, name=f"{LABEL} {spec.name}", export=export)
     nominal = disc_outline(spec, drive, found.drawing)
     turn, contours = turned_openings(drive, nominal, found.disc + 1)
     disc = SpecifiedProfile(labelled, drive, found.program, contours, found.disc + 1, turn, LABEL)
