@@ -217,14 +217,14 @@ def _program(record: ProfileSource, cuts: list[Cut], tolerance: float, post: Pos
         main += [
             *comments(f"{plain_name(cut.name).upper()}: START HOLE AT X{cut.start.real:.3f} Y{cut.start.imag:.3f}"),
             line_block(cut.start, "rapid"),
-            *post.own("thread"),
+            *post.own("thread", "flush_on"),
         ]
         for k in range(len(cut.chains)):
             if k in cut.stops:
                 main.append(Block("stop", {"text": cut.stops[k]}))
             lead, along = _leg(cut, k, wire.feed_mm_per_min, tolerance, post)
             main += [*comments(cut.remarks[k]), *lead, *along]
-        main += [line_block(cut.end), *post.own("cut_wire")]
+        main += [line_block(cut.end), *post.own("flush_off", "cut_wire")]
     return {"begin": head, "main": [*main, *post.own("end")], "end": [Block("end", _PROGRAM)]}
 
 
