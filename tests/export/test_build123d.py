@@ -86,4 +86,4 @@ def test_errors_cross_to_another_process_whole() -> None:
 def test_formats_without_solids_start_no_process() -> None:
     with cp.export.CadProcess(("csv", "gcode")) as process:
         assert process.formats == ()
-        assert process.result() == ([], {})
+        assert process.result() is None
