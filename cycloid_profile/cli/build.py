@@ -34,7 +34,7 @@ def build(
     Example: cycloid-profile build examples/rv40e.toml --out exports/rv40e
     """
     from cycloid_profile.design import design_disc, summary
-    from cycloid_profile.export import CadProcess, exporter_for
+    from cycloid_profile.export import CadProcess, ascii_name_notes, exporter_for
     from cycloid_profile.report.design import REPORT, build_package, terminal_tables, warnings
 
     folder = output_folder(out, spec)
@@ -49,6 +49,7 @@ def build(
             skipped = build_package(record, folder, show_step, protection, process, pdf)
     figures = summary(record) | {"out": str(folder), "skipped": skipped}
     warn(*(f"{', '.join(exporter_for(name).filenames)} not written: {reason}" for name, reason in skipped.items()))
+    warn(*ascii_name_notes(wanted, wanted.export.formats))
     if not printed_as_json(figures, json, protection):
         print_tables(terminal_tables(figures, loads=True))
         if figures["disc_parts"]:

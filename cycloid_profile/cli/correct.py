@@ -1,4 +1,4 @@
-"""``cycloid-profile correct``: the grinding path that cancels the errors found in scans of a disc."""
+"""``cycloid-profile correct``: the disc that cancels the errors found in scans, in every format of a design."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ from cycloid_profile.cli.output._options import (
     require_files,
 )
 from cycloid_profile.cli.output._terminal import print_tables, print_text, printed_as_json, progress, warn
+from cycloid_profile.spec.model import Format
 
 
 def correct(
@@ -42,6 +43,10 @@ def correct(
     remainder: Annotated[
         bool, Parameter(help="Cancel a smooth remainder, too: fitted to the scan, not explained.")
     ] = False,
+    format: Annotated[
+        tuple[Format, ...],
+        Parameter(help="Formats of the corrected disc, as in export.", show_default=True, consume_multiple=True),
+    ] = ("csv", "gcode"),
     columns: Columns = (),
     json: Json = None,
     pdf: Pdf = False,
@@ -49,9 +54,9 @@ def correct(
     plugin: Plugins = (),
     quiet: Quiet = False,
 ) -> int:
-    """Write the grinding path that cancels the errors found in scans of a disc, and the expected scan.
+    """Write the disc that cancels the errors found in scans of it, and the expected scan.
 
-    Example: cycloid-profile correct examples/rv40e.toml scan.csv --limit-um 5 --out correction
+    Example: cycloid-profile correct examples/rv40e.toml scan.csv --limit-um 5 --out correction --format csv gcode step
 
     Parameters
     ----------
@@ -60,6 +65,7 @@ def correct(
     scans
         Profile scans of one disc (CSV), also of other programs.
     """
+    from cycloid_profile.export import ascii_name_notes
     from cycloid_profile.report.diagnosis import correct_scans, correction_sentences, correction_tables
 
     checked_pdf(pdf)
@@ -76,6 +82,7 @@ def correct(
             limit_um=limit_um,
             wheel_radius=wheel_radius_mm,
             remainder=remainder,
+            formats=tuple(dict.fromkeys(format)),
             progress=show_step,
             protection=protection,
             pdf=pdf,
@@ -89,4 +96,7 @@ def correct(
     elif not printed:
         print_tables(correction_tables(values))
         print_text("", *correction_sentences(values), "", f"written: {folder}")
-    return status
+    if values["files"]:
+        warn(*ascii_name_notes(wanted, format))
+    warn(*(f"{name} is not written: {reason}" for name, reason in values["skipped"].items()))
+    return status or int(bool(values["skipped"]))

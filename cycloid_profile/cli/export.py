@@ -41,7 +41,7 @@ def export(
     Example: cycloid-profile export examples/rv40e.toml --format dxf gcode --out exports/rv40e
     """
     from cycloid_profile.design import design_disc, disc_outline, disc_parts, disc_parts_sentence, drive_of
-    from cycloid_profile.export import CadProcess, file_names
+    from cycloid_profile.export import CadProcess, ascii_name_notes, file_names
     from cycloid_profile.report.design import export_package, planned_files_table, written_files_table
 
     protection = protection_of(force, spec, *plugin, json=json)
@@ -67,5 +67,5 @@ def export(
         print_tables([written_files_table(entries, folder)])
         if sentence := disc_parts_sentence(record):
             print(f"\n{sentence}")
-    warn(*skipped.values(), *record.failures)
+    warn(*ascii_name_notes(wanted, formats), *skipped.values(), *record.failures)
     return 1 if skipped or record.failures else 0

@@ -37,13 +37,19 @@ class DiscPart:
         return self.discs[0]
 
 
+def turned_openings(drive: Drive, outline: DiscOutline, disc: int) -> tuple[float, tuple[Contour, ...]]:
+    """Openings of a disc, counted from 1, in the frame of its teeth: their turn compared with disc 1 [rad], and their
+    contours; ``outline`` is that of disc 1."""
+    turn = 2.0 * math.pi * (disc - 1) / (drive.discs * drive.trochoid.lobes)
+    return turn, tuple(contour.rotated(turn, contour.name) for contour in outline.contours)
+
+
 def disc_parts(drive: Drive, outline: DiscOutline) -> tuple[DiscPart, ...]:
     """The different discs of a stage; ``outline`` is that of disc 1."""
     parts = [DiscPart((1,), 0.0, outline)]
     positions = drive.trochoid.lobes if outline.profile.identical_lobes else 1
     for j in range(1, drive.discs):
-        turn = 2.0 * math.pi * j / (drive.discs * drive.trochoid.lobes)
-        contours = tuple(contour.rotated(turn, contour.name) for contour in outline.contours)
+        turn, contours = turned_openings(drive, outline, j + 1)
         same = [k for k, part in enumerate(parts) if _alike(contours, part.outline.contours, positions)]
         if same:
             parts[same[0]] = replace(parts[same[0]], discs=(*parts[same[0]].discs, j + 1))

@@ -71,6 +71,11 @@ class DesignRecord(Described):
     openings_turn: float = 0.0
 
     @property
+    def label(self) -> str:
+        """Addition to the names of the files of this disc, empty for disc 1."""
+        return "" if self.disc == 1 else f"disc_{self.disc}"
+
+    @property
     def losses(self) -> Losses:
         """Losses with the likely friction."""
         return self.loss_range.likely

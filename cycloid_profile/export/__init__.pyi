@@ -16,10 +16,12 @@ from .dxf import read_dxf_arcs as read_dxf_arcs
 from .dxf import read_dxf_profile as read_dxf_profile
 from .dxf import write_polyline as write_polyline
 from .formats import EXPORTERS as EXPORTERS
-from .formats import CadProcess as CadProcess
+from .formats import NOT_OF_A_CORRECTION as NOT_OF_A_CORRECTION
+from .formats import ascii_name_notes as ascii_name_notes
 from .formats import check_deviation as check_deviation
 from .formats import exporter_for as exporter_for
 from .formats import file_names as file_names
+from .formats import write_discs as write_discs
 from .formats import write_formats as write_formats
 from .formats import write_in_two_processes as write_in_two_processes
 from .inspection import Inspection as Inspection
@@ -40,6 +42,7 @@ from .nc import read_machine as read_machine
 from .nc import read_program as read_program
 from .points import measuring_points as measuring_points
 from .points import read_table as read_table
+from .processes import CadProcess as CadProcess
 from .svg import read_svg_tooth as read_svg_tooth
 from .writing import Exporter as Exporter
 from .writing import LibraryMissing as LibraryMissing

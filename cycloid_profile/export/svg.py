@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
+from html import escape
 from pathlib import Path
 
 import numpy as np
 
 from cycloid_profile.arrays import ComplexArray
-from cycloid_profile.design import DesignRecord
-from cycloid_profile.export.curves import FIT_SHARE, deviation_both_ways, disc_splines
+from cycloid_profile.export.curves import FIT_SHARE, ProfileSource, deviation_both_ways, disc_splines
 from cycloid_profile.export.writing import SingleFileExporter, WrittenFile, read_back_error
 from cycloid_profile.geometry import Arc, Contour
 from cycloid_profile.units import UM
@@ -23,13 +23,13 @@ _POINTS_PER_CURVE = 7  # measured when the file is read back
 
 
 @dataclass(frozen=True)
-class SvgExporter(SingleFileExporter[DesignRecord]):
+class SvgExporter(SingleFileExporter[ProfileSource]):
     """Writes ``profile.svg``: the tooth as cubic Bézier curves and the openings, one unit a millimetre."""
 
     format: str = "svg"
     filename: str = "profile.svg"
 
-    def write_file(self, source: DesignRecord, path: Path) -> WrittenFile:
+    def write_file(self, source: ProfileSource, path: Path) -> WrittenFile:
         """Write and read back. Raises ``ExportError`` if the path read back is open."""
         tolerance = source.spec.export.chord_tolerance_um * UM
         splines = disc_splines(source.profile, 3, FIT_SHARE * tolerance)
@@ -40,12 +40,13 @@ class SvgExporter(SingleFileExporter[DesignRecord]):
         box = f'viewBox="{-half:.4f} {-half:.4f} {2 * half:.4f} {2 * half:.4f}"'
         lines = [
             f'<svg xmlns="http://www.w3.org/2000/svg" version="1.1" {size} {box}>',
+            f"<title>{escape(source.spec.name, quote=False)}</title>",
             f'<g fill="none" stroke="#000000" stroke-width="{_STROKE}">',
             *(f'<path d="{data}"/>' for data in paths),
             "</g>",
             "</svg>",
         ]
-        path.write_text("\n".join(lines) + "\n", encoding="ascii", newline="\n")
+        path.write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
         back = read_svg_tooth(path)
         found = deviation_both_ways(source.profile, _points(back))
         entities = {"curves": len(back), "openings": len(paths) - 1}
@@ -57,7 +58,7 @@ def read_svg_tooth(path: Path) -> ComplexArray:
 
     Raises ``ExportError`` if there are none or they do not close.
     """
-    data = re.search(r'<path d="M([^"]*)Z"/>', path.read_text(encoding="ascii"))
+    data = re.search(r'<path d="M([^"]*)Z"/>', path.read_text(encoding="utf-8"))
     x, y = np.array(re.findall(r"-?\d+\.\d+", data[1] if data else ""), dtype=np.float64).reshape(-1, 2).T
     points = x - 1j * y
     if points.size < 4 or points[0] != points[-1]:

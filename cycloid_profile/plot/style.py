@@ -178,7 +178,8 @@ def _save_png(figure: Figure, path: Path) -> None:
     from PIL import Image
 
     buffer = BytesIO()
-    figure.savefig(buffer, format="png", dpi=_PIXELS_PER_INCH)
+    # Read again at once: compressing it would be lost time.
+    figure.savefig(buffer, format="png", dpi=_PIXELS_PER_INCH, pil_kwargs={"compress_level": 0})
     image = Image.open(buffer).convert("RGB")
     palette = image.quantize(_PNG_COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
     palette.save(path, optimize=True)

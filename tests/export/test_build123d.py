@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import cycloid_profile as cp
-from cycloid_profile.design import DesignRecord
+from cycloid_profile.design import DesignRecord, disc_records
 from cycloid_profile.errors import ExportError, SpecError
 from cycloid_profile.export.cad import disc_placements
 
@@ -55,7 +55,7 @@ def test_another_process_writes_the_same_files(rv40e_record: DesignRecord, tmp_p
     with cp.export.CadProcess(formats) as process:
         assert process.formats == ("step",)
         written, skipped = cp.export.write_in_two_processes(
-            rv40e_record, formats, there, process, meanwhile=lambda: drawn.append("picture")
+            disc_records(rv40e_record), formats, there, process, meanwhile=lambda: drawn.append("picture")
         )
     assert written == expected
     assert (skipped, drawn) == ({}, ["picture"])
@@ -71,7 +71,7 @@ def test_a_record_that_another_process_cannot_take_is_written_here(
 
     with cp.export.CadProcess(("step",)) as process:
         monkeypatch.setattr(pickle, "dumps", refuse)
-        written, _ = cp.export.write_in_two_processes(rv40e_record, ("step",), tmp_path, process)
+        written, _ = cp.export.write_in_two_processes(disc_records(rv40e_record), ("step",), tmp_path, process)
     assert [file.name for file in written] == ["disc.step", "disc_2.step"]
 
 
@@ -86,4 +86,4 @@ def test_errors_cross_to_another_process_whole() -> None:
 def test_formats_without_solids_start_no_process() -> None:
     with cp.export.CadProcess(("csv", "gcode")) as process:
         assert process.formats == ()
-        assert process.result() == ([], {})
+        assert process.result() is None

@@ -39,7 +39,7 @@ from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
 from cycloid_profile.errors import ExportError
 from cycloid_profile.export.cad.parts import CadPart, Placement
 from cycloid_profile.export.curves import SplinePiece
-from cycloid_profile.export.writing import read_back_error
+from cycloid_profile.export.writing import read_back_error, step_text
 from cycloid_profile.geometry import Arc, Contour, Line
 
 Segment = SplinePiece | Line | Arc
@@ -53,6 +53,7 @@ _STYLE = re.compile(
     re.DOTALL,
 )
 _OCCURRENCE = re.compile(r"(NEXT_ASSEMBLY_USAGE_OCCURRENCE\(\s*)'\d+'")
+_STRING, _ESCAPE = re.compile("'[^']*'"), "\\X"
 _MESH_ANGLE = 0.5  # rad between neighbouring chords at most
 _CHECKS_PER_SPAN = 9  # more than the extremes of the error of a cubic span
 
@@ -141,12 +142,12 @@ def write_assembly(name: str, parts: tuple[CadPart, ...], path: Path, schema: st
     """Write parts at their placements, each shape stored once. Raises ``ExportError`` if the kernel cannot."""
     document, shapes = _document()
     assembly = shapes.NewShape()
-    TDataStd_Name.Set_s(assembly, TCollection_ExtendedString(name))
+    TDataStd_Name.Set_s(assembly, TCollection_ExtendedString(step_text(name)))
     for part in parts:
         label = _add(document, shapes, part)
         for placement in part.placements:
             component = shapes.AddComponent(assembly, label, location(placement).wrapped)
-            TDataStd_Name.Set_s(component, TCollection_ExtendedString(placement.name))
+            TDataStd_Name.Set_s(component, TCollection_ExtendedString(step_text(placement.name)))
     shapes.UpdateAssemblies()
     _save(document, path, name, schema)
     _in_fixed_order(path)
@@ -163,12 +164,12 @@ def _document() -> tuple[Any, Any]:
 
 def _add(document: Any, shapes: Any, part: CadPart) -> Any:
     label = shapes.AddShape(part.solid.wrapped, False)
-    TDataStd_Name.Set_s(label, TCollection_ExtendedString(part.name))
+    TDataStd_Name.Set_s(label, TCollection_ExtendedString(step_text(part.name)))
     colours = XCAFDoc_DocumentTool.ColorTool_s(document.Main())
     colours.SetColor(label, _colour(part).wrapped.GetRGB(), XCAFDoc_ColorType.XCAFDoc_ColorGen)
     materials = XCAFDoc_DocumentTool.MaterialTool_s(document.Main())
     texts = (part.material.name, part.material.description, "", "")
-    name, description, *no_density = (TCollection_HAsciiString(text) for text in texts)
+    name, description, *no_density = (TCollection_HAsciiString(step_text(text)) for text in texts)
     # No density: the kernel writes its unit as g³·cm² (OCCT 8.0), which readers use literally.
     materials.SetMaterial(label, name, description, 0.0, *no_density)
     return label
@@ -205,7 +206,7 @@ def _save(document: Any, path: Path, name: str, schema: str) -> None:
     writer.SetMaterialMode(True)
     done = writer.Transfer(document, STEPControl_StepModelType.STEPControl_AsIs)
     header = APIHeaderSection_MakeHeader(writer.ChangeWriter().Model())
-    header.SetName(TCollection_HAsciiString(name))
+    header.SetName(TCollection_HAsciiString(step_text(name)))
     header.SetTimeStamp(TCollection_HAsciiString(TIMESTAMP))
     header.SetOriginatingSystem(TCollection_HAsciiString("cycloid_profile"))
     header.SetAuthorValue(1, TCollection_HAsciiString(""))
@@ -213,6 +214,11 @@ def _save(document: Any, path: Path, name: str, schema: str) -> None:
     header.SetDescriptionValue(1, TCollection_HAsciiString("parts of a cycloid drive, mm"))
     if not done or writer.Write(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone:
         raise ExportError("STEP file", f"'{path.name}'", "was not written by the kernel", "check the folder", " ")
+    text = path.read_text(encoding="ascii")
+    if _ESCAPE in text:
+        # The kernel breaks its lines inside escaped characters, which its own reader then does not understand.
+        whole = _STRING.sub(lambda found: found[0].replace("\n", ""), text)
+        path.write_text(whole, encoding="ascii", newline="\n")
 
 
 def read_shape(path: Path) -> Compound:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from cycloid_profile.design import DesignRecord
-from cycloid_profile.export.curves import SplinePiece
+from cycloid_profile.export.curves import ProfileSource, SplinePiece
 from cycloid_profile.export.writing import LibraryMissing, require_cad_kernel
 
 _DECIMALS = 4  # below 1e-8 of any disc
 
 
-def plate_measures(record: DesignRecord, edge: tuple[SplinePiece, ...]) -> dict[str, float]:
+def plate_measures(record: ProfileSource, edge: tuple[SplinePiece, ...]) -> dict[str, float]:
     """Area [mm²] and volume [mm³] of the disc, and of the plate inside ``edge`` by OpenCascade.
 
     ``edge`` holds the splines of the tooth as read from a file. The kernel integrates its own top face; the volume is
@@ -24,7 +23,7 @@ def plate_measures(record: DesignRecord, edge: tuple[SplinePiece, ...]) -> dict[
     return measures_of(record, kernel.top_area(kernel.plate(edge, record.outline.contours, 0.0, 1.0)))
 
 
-def measures_of(record: DesignRecord, kernel_area: float | None = None) -> dict[str, float]:
+def measures_of(record: ProfileSource, kernel_area: float | None = None) -> dict[str, float]:
     """Exact area [mm²] and volume [mm³] of the disc, and those from the area of its face by the kernel [mm²]."""
     width, exact = record.drive.disc_width, record.outline.area
     found = {"area_mm2": exact, "volume_mm3": exact * width}

@@ -13,11 +13,10 @@ import numpy as np
 
 from cycloid_profile._display import Described
 from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
-from cycloid_profile.design import DesignRecord
 from cycloid_profile.errors import ExportError, GeometryError
 from cycloid_profile.export.cad.parts import PrintOffsets
-from cycloid_profile.export.curves import chain_of, chord_points, deviation_both_ways, offset_left
-from cycloid_profile.export.writing import SingleFileExporter, WrittenFile, lib3mf, plain_name, read_back_error
+from cycloid_profile.export.curves import ProfileSource, chain_of, chord_points, deviation_both_ways, offset_left
+from cycloid_profile.export.writing import SingleFileExporter, WrittenFile, lib3mf, read_back_error
 from cycloid_profile.geometry import Arc, Contour, DiscOutline, Line, circular_contour
 from cycloid_profile.modification import Equidistant, modify
 from cycloid_profile.spec.model import Spec
@@ -102,10 +101,10 @@ def _triangulated(rings: list[ComplexArray], flat: ComplexArray) -> IntArray:
 
 
 @dataclass(frozen=True)
-class MeshExporter(SingleFileExporter[DesignRecord]):
+class MeshExporter(SingleFileExporter[ProfileSource]):
     """Writes ``disc.3mf`` or ``disc.stl``: one closed mesh in millimetres."""
 
-    def write_file(self, source: DesignRecord, path: Path) -> WrittenFile:
+    def write_file(self, source: ProfileSource, path: Path) -> WrittenFile:
         """Write and read back; the deviation is from the tooth with the printer's offset, chords included.
 
         Raises ``LibraryMissing``, or ``ExportError`` if the mesh read back is open or the offset undercuts.
@@ -114,7 +113,7 @@ class MeshExporter(SingleFileExporter[DesignRecord]):
         settings = source.spec.export.print
         outline = printed(source.outline, print_offsets(source.spec))
         mesh = extruded(outline, source.drive.disc_width, settings.chord_um * UM)
-        write_mesh(library, mesh, plain_name(source.spec.name), path, self.format)
+        write_mesh(library, mesh, source.spec.name, path, self.format)
         back = read_mesh(library, path, self.format)
         if gaps := open_edges(back):
             raise read_back_error("mesh", path, f"read back with {gaps} open edges")

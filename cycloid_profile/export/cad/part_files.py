@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,7 +10,7 @@ from cycloid_profile.design import DesignRecord, disc_parts
 from cycloid_profile.export.cad.mesh import Mesh, open_edges, print_offsets, read_mesh, write_mesh
 from cycloid_profile.export.cad.parts import StagePart
 from cycloid_profile.export.cad.step import cad_material, cad_part, part_material, parts_of
-from cycloid_profile.export.writing import WrittenFile, lib3mf, plain_name, read_back_error, require_cad_kernel
+from cycloid_profile.export.writing import WrittenFile, lib3mf, read_back_error, require_cad_kernel
 from cycloid_profile.units import UM
 
 _FOLDER = "parts"
@@ -69,7 +70,7 @@ class PartMeshExporter:
         for part in parts_of(record, 0.0, print_offsets(record.spec)):
             path = folder / _FOLDER / f"{_stem(part)}.{self.suffix}"
             mesh = Mesh(*kernel.tessellated(cad_part(record, part).solid, chord))
-            write_mesh(library, mesh, f"{plain_name(record.spec.name)} {part.kind}", path, self.suffix)
+            write_mesh(library, mesh, f"{record.spec.name} {part.kind}", path, self.suffix)
             back = read_mesh(library, path, self.suffix)
             if gaps := open_edges(back):
                 raise read_back_error("mesh", path, f"read back with {gaps} open edges")
@@ -99,10 +100,11 @@ class BomExporter:
             reach = max(float(abs(slab.edge.points(1e-3)).max()) for slab in part.slabs)
             made_of, file = part_material(record, part).name, f"{_FOLDER}/{_stem(part)}"
             rows.append((part.kind, len(part.placements), 2.0 * reach, high - low, made_of, file))
-        lines = [",".join(_HEAD)]
-        for i, (kind, count, diameter, length, made_of, file) in enumerate(rows, start=1):
-            lines.append(f"{i},{kind},{count},{diameter:.4f},{length:.4f},{made_of},{file}")
-        (folder / "bom.csv").write_text("\n".join(lines) + "\n", encoding="ascii", newline="\n")
+        with (folder / "bom.csv").open("w", encoding="utf-8", newline="") as file_of_rows:
+            table = csv.writer(file_of_rows, lineterminator="\n")
+            table.writerow(_HEAD)
+            for i, (kind, count, diameter, length, made_of, file) in enumerate(rows, start=1):
+                table.writerow((i, kind, count, f"{diameter:.4f}", f"{length:.4f}", made_of, file))
         return (WrittenFile("bom.csv", self.format, entities={"items": len(rows)}),)
 
 

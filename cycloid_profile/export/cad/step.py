@@ -23,8 +23,8 @@ from cycloid_profile.export.cad.parts import (
     mounted,
     stage_parts,
 )
-from cycloid_profile.export.curves import FIT_SHARE, SplinePiece, deviation_both_ways, disc_splines
-from cycloid_profile.export.writing import SingleFileExporter, WrittenFile, plain_name, require_cad_kernel
+from cycloid_profile.export.curves import FIT_SHARE, ProfileSource, SplinePiece, deviation_both_ways, disc_splines
+from cycloid_profile.export.writing import SingleFileExporter, WrittenFile, require_cad_kernel
 from cycloid_profile.geometry import DiscOutline
 from cycloid_profile.spec.model import MaterialSpec
 from cycloid_profile.units import DEGREE, GPA, UM
@@ -44,13 +44,13 @@ _SIZED_TO_FIT = CadMaterial("unnamed", "sized to show and to fit, not designed")
 
 
 @dataclass(frozen=True)
-class StepExporter(SingleFileExporter[DesignRecord]):
+class StepExporter(SingleFileExporter[ProfileSource]):
     """Writes ``disc.step``: the disc as a solid with its openings, tooth flanks as splines."""
 
     format: str = "step"
     filename: str = "disc.step"
 
-    def write_file(self, source: DesignRecord, path: Path) -> WrittenFile:
+    def write_file(self, source: ProfileSource, path: Path) -> WrittenFile:
         """Write and read back.
 
         Raises ``LibraryMissing``, or ``ExportError`` if the solid read back is not valid and closed.
@@ -86,7 +86,7 @@ class StepAssemblyExporter(SingleFileExporter[DesignRecord]):
         tolerance = source.spec.export.chord_tolerance_um * UM
         angle = source.spec.export.step.crank_angle_deg * DEGREE
         placements, parts = disc_placements(source.drive, angle), _stage(source, angle)
-        kernel.write_assembly(plain_name(source.spec.name), parts, path, source.spec.export.step.schema)
+        kernel.write_assembly(source.spec.name, parts, path, source.spec.export.step.schema)
         count = sum(len(part.placements) for part in parts)
         # Solids are read in the order of the parts, which begins with the discs.
         found = []
@@ -100,7 +100,7 @@ class StepAssemblyExporter(SingleFileExporter[DesignRecord]):
         return self.measured(tolerance, worst, "OpenCascade, valid closed solids in place", counts)
 
 
-def to_build123d(record: DesignRecord) -> Any:
+def to_build123d(record: ProfileSource) -> Any:
     """The disc as a ``Part`` of build123d, with its label and colour, to model on with.
 
     Raises ``LibraryMissing`` where build123d cannot be imported.
@@ -119,14 +119,14 @@ def stage_to_build123d(record: DesignRecord, crank_angle: float = 0.0) -> Any:
     require_cad_kernel()
     from cycloid_profile.export.cad import _solids as kernel
 
-    return kernel.assembly(plain_name(record.spec.name), _stage(record, crank_angle))
+    return kernel.assembly(record.spec.name, _stage(record, crank_angle))
 
 
-def _disc_part(record: DesignRecord) -> CadPart:
+def _disc_part(record: ProfileSource) -> CadPart:
     from cycloid_profile.export.cad import _solids as kernel
 
     solid = kernel.plate(_tooth(record), record.outline.contours, 0.0, record.drive.disc_width)
-    return CadPart(plain_name(record.spec.name), solid, _DISC_COLOUR, cad_material(record.spec.materials.disc))
+    return CadPart(record.spec.name, solid, _DISC_COLOUR, cad_material(record.spec.materials.disc))
 
 
 def _stage(record: DesignRecord, crank_angle: float) -> tuple[CadPart, ...]:
@@ -141,7 +141,7 @@ def _stage(record: DesignRecord, crank_angle: float) -> tuple[CadPart, ...]:
     return (*discs, *(cad_part(record, part) for part in parts_of(record, crank_angle)))
 
 
-def _tooth(record: DesignRecord) -> tuple[SplinePiece, ...]:
+def _tooth(record: ProfileSource) -> tuple[SplinePiece, ...]:
     tolerance = record.spec.export.chord_tolerance_um * UM
     return disc_splines(record.profile, record.spec.export.step.degree, FIT_SHARE * tolerance)
 
@@ -183,5 +183,5 @@ def cad_material(material: MaterialSpec) -> CadMaterial:
     """Material of a part, named as in the spec; without a name, "steel" if its modulus is near that of steel, else
     "unnamed"."""
     like_steel = 0.9 < material.youngs_modulus_gpa * GPA / STEEL.youngs_modulus < 1.1
-    name = plain_name(material.name) if material.name else "steel" if like_steel else "unnamed"
+    name = material.name or ("steel" if like_steel else "unnamed")
     return CadMaterial(name, f"E = {material.youngs_modulus_gpa:g} GPa, Poisson's ratio {material.poisson_ratio:g}")

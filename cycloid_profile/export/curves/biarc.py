@@ -10,7 +10,13 @@ import numpy as np
 from cycloid_profile._display import Described
 from cycloid_profile.arrays import ComplexArray, FloatArray
 from cycloid_profile.export.curves.audit import distances
-from cycloid_profile.export.curves.curve_pieces import Piece, first_lobe, pieces, tolerance_error
+from cycloid_profile.export.curves.curve_pieces import (
+    Piece,
+    first_lobe,
+    kept_for_its_profile,
+    pieces,
+    tolerance_error,
+)
 from cycloid_profile.geometry import ToothPoints, ToothProfile, equidistribute
 
 _FINE = 4096  # table of curvature over a flank
@@ -104,6 +110,7 @@ def lobe_arcs(profile: ToothProfile, tolerance: float) -> Arcs:
     return Arcs(ends, np.concatenate([chain.curvature for chain in chains]))
 
 
+@kept_for_its_profile
 def disc_arcs(profile: ToothProfile, tolerance: float) -> Arcs:
     """Closed chain of arcs round the disc, within ``tolerance`` [mm] of the exact curve; see ``lobe_arcs``."""
     if not profile.identical_lobes:

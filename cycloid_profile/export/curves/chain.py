@@ -37,14 +37,18 @@ def chain_of(contour: Contour) -> Arcs:
 
 
 def nearest_length(chain: Arcs, point: complex) -> float:
-    """Arc length from the start of a chain to its exact nearest point to ``point`` [mm], the first of equal ones."""
-    best, nearest, passed = 0.0, math.inf, 0.0
+    """Arc length from the start of a chain to its exact nearest point to ``point`` [mm].
+
+    The first of equal ones, on an arc about ``point`` its middle: far from corners.
+    """
+    best, nearest, passed, on_arc_about = 0.0, math.inf, 0.0, False
     for k, length in enumerate(chain.lengths.tolist()):
         start, curvature, centre = complex(chain.ends[k]), float(chain.curvature[k]), complex(chain.centres[k])
+        about = curvature != 0.0 and abs(point - centre) < _SHORT
         if curvature == 0.0:
             along = ((point - start) * complex(chain.ends[k + 1] - start).conjugate()).real / length
-        elif abs(point - centre) < _SHORT:
-            along = 0.0
+        elif about:
+            along = 0.5 * length
         else:
             turn = cmath.phase((point - centre) / (start - centre)) * math.copysign(1.0, curvature)
             # Beyond the end counts as nearer to the end than to the start by half the rest of the circle.
@@ -53,8 +57,8 @@ def nearest_length(chain: Arcs, point: complex) -> float:
         at = min(max(along, 0.0), length)
         distance = abs(_along_arc(chain, k, at) - point)
         # A later point must be clearly nearer, so that rounding does not choose.
-        if distance < nearest - _SHORT:
-            best, nearest = passed + at, distance
+        if distance < nearest - _SHORT or (about and not on_arc_about and distance < nearest + _SHORT):
+            best, nearest, on_arc_about = passed + at, distance, about
         passed += length
     return best
 

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from functools import wraps
+from typing import Concatenate, ParamSpec, Protocol, TypeVar
 
 import numpy as np
 
@@ -13,6 +16,8 @@ from cycloid_profile.arrays import FloatArray
 from cycloid_profile.errors import ExportError
 from cycloid_profile.geometry import (
     ChordTolerance,
+    Contour,
+    DiscOutline,
     Drive,
     ToothPoints,
     ToothProfile,
@@ -25,10 +30,13 @@ from cycloid_profile.spec.model import Spec
 
 _FINE = 2048  # table over a smooth piece, far finer than its pieces
 _GROWTH = 1.05  # of the number of pieces from trial to trial: at most 5 % too many
+_KEPT = 4  # results of a curve fit: arcs and splines of one tooth at two tolerances or degrees
+P = ParamSpec("P")
+T = TypeVar("T")
 
 
 class ProfileSource(Protocol):
-    """A tooth to be ground with its spec; ``DesignRecord`` and ``SpecifiedProfile`` implement it."""
+    """A disc to be made with its spec; ``DesignRecord`` and ``SpecifiedProfile`` implement it."""
 
     @property
     def spec(self) -> Spec:
@@ -45,14 +53,67 @@ class ProfileSource(Protocol):
         """The tooth to be ground."""
         ...
 
+    @property
+    def outline(self) -> DiscOutline:
+        """The tooth with the openings."""
+        ...
+
+    @property
+    def disc(self) -> int:
+        """Number of the disc, counted from 1."""
+        ...
+
+    @property
+    def openings_turn(self) -> float:
+        """Turn of the openings against the teeth, compared with disc 1, anticlockwise [rad]."""
+        ...
+
+    @property
+    def label(self) -> str:
+        """Addition to the names of its files, empty for the nominal disc 1."""
+        ...
+
 
 @dataclass(frozen=True, slots=True)
 class SpecifiedProfile:
-    """A ``ProfileSource`` without a design record, such as a corrected tooth."""
+    """A ``ProfileSource`` without a design record, such as a corrected disc; see there.
+
+    ``contours`` round the openings of the disc, as turned by ``openings_turn``.
+    """
 
     spec: Spec
     drive: Drive
     profile: ToothProfile
+    contours: tuple[Contour, ...] = ()
+    disc: int = 1
+    openings_turn: float = 0.0
+    label: str = ""
+
+    @property
+    def outline(self) -> DiscOutline:
+        """The tooth with the openings."""
+        return DiscOutline(self.profile, self.contours)
+
+
+def kept_for_its_profile(
+    fit: Callable[Concatenate[ToothProfile, P], T],
+) -> Callable[Concatenate[ToothProfile, P], T]:
+    """The function with its last results kept: all discs of a stage have one tooth, and several formats one fit of it.
+
+    Profiles count as equal only if they are the same object, because some cannot be compared.
+    """
+    kept: deque[tuple[ToothProfile, object, T]] = deque(maxlen=_KEPT)
+
+    @wraps(fit)
+    def remembered(profile: ToothProfile, /, *args: P.args, **kwargs: P.kwargs) -> T:
+        for known, settings, found in kept:
+            if known is profile and settings == (args, kwargs):
+                return found
+        result = fit(profile, *args, **kwargs)
+        kept.append((profile, (args, kwargs), result))
+        return result
+
+    return remembered
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,7 @@ import numpy as np
 from cycloid_profile._display import Described
 from cycloid_profile.arrays import ComplexArray, FloatArray
 from cycloid_profile.export.curves.audit import distances
-from cycloid_profile.export.curves.curve_pieces import Piece, flanks, tolerance_error
+from cycloid_profile.export.curves.curve_pieces import Piece, flanks, kept_for_its_profile, tolerance_error
 from cycloid_profile.geometry import ToothPoints, ToothProfile
 
 FIT_SHARE = 0.8  # of the promised tolerance, used by the fit
@@ -86,6 +86,7 @@ def lobe_splines(profile: ToothProfile, degree: int, tolerance: float) -> tuple[
     return tuple(_fit(piece, degree, tolerance) for piece in flanks(profile) if piece.lobe == 0)
 
 
+@kept_for_its_profile
 def disc_splines(profile: ToothProfile, degree: int, tolerance: float) -> tuple[SplinePiece, ...]:
     """Splines of all flanks of the disc in order of phase, within ``tolerance`` [mm]; see ``lobe_splines``.
 

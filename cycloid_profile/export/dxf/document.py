@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from cycloid_profile.arrays import ComplexArray, FloatArray
-from cycloid_profile.design import DesignRecord
-from cycloid_profile.export.writing import plain_name, read_back_error
+from cycloid_profile.export.curves import ProfileSource
+from cycloid_profile.export.writing import dxf_text, read_back_error
 from cycloid_profile.geometry import Contour, Line
 
 VERSION = "R2010"
@@ -122,7 +122,7 @@ def draw_contour(space: Any, contour: Contour, layer: str = "HOLES", shift: comp
             space.add_arc(xy(segment.centre + shift), segment.radius, low, high, **on_layer)
 
 
-def draw_reference(space: Any, record: DesignRecord, note: str) -> None:
+def draw_reference(space: Any, record: ProfileSource, note: str) -> None:
     """Openings, axes, pitch circle, pins with the crank at φ = 0, and the notes below the disc."""
     trochoid, outline = record.drive.trochoid, record.outline
     a, tip = trochoid.eccentricity, outline.tip_radius
@@ -142,13 +142,13 @@ def draw_reference(space: Any, record: DesignRecord, note: str) -> None:
     draw_notes(space, record, note)
 
 
-def draw_notes(space: Any, record: DesignRecord, note: str) -> None:
+def draw_notes(space: Any, record: ProfileSource, note: str) -> None:
     """Name and numbers of the drive below the disc, and ``note``."""
     trochoid, tip = record.drive.trochoid, record.outline.tip_radius
     height = tip * _TEXT_PER_RADIUS
     lowest = -trochoid.pin_circle_radius - record.drive.pin_radius
     lines = (
-        plain_name(record.spec.name),
+        dxf_text(record.spec.name),
         f"LOBES {trochoid.lobes}  PINS {trochoid.pins}  PIN CIRCLE R {trochoid.pin_circle_radius:g}  "
         f"PIN R {record.drive.pin_radius:g}  ECCENTRICITY {trochoid.eccentricity:g}  MM",
         f"PITCH CIRCLE R {trochoid.longest_lever:g}  {note}",

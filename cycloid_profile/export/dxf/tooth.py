@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from cycloid_profile.arrays import ComplexArray
-from cycloid_profile.design import DesignRecord
 from cycloid_profile.export.cad import plate_measures
 from cycloid_profile.export.curves import (
     FIT_SHARE,
     Arcs,
     Deviation,
+    ProfileSource,
     SplinePiece,
     chain_of,
     deviation_both_ways,
@@ -34,13 +34,13 @@ _ARC_FIT_SHARE = 0.95  # of the tolerance; measured errors place the nodes of ar
 
 
 @dataclass(frozen=True)
-class DxfExporter(SingleFileExporter[DesignRecord]):
+class DxfExporter(SingleFileExporter[ProfileSource]):
     """Writes ``profile.dxf``: each flank as one cubic spline from control vertices, or all joined to one."""
 
     format: str = "dxf"
     filename: str = "profile.dxf"
 
-    def write_file(self, source: DesignRecord, path: Path) -> WrittenFile:
+    def write_file(self, source: ProfileSource, path: Path) -> WrittenFile:
         """Write, audit and read back. Raises ``ExportError`` if the file fails its audit."""
         tolerance = source.spec.export.chord_tolerance_um * UM
         splines = disc_splines(source.profile, _DEGREE, FIT_SHARE * tolerance)
@@ -55,13 +55,13 @@ class DxfExporter(SingleFileExporter[DesignRecord]):
 
 
 @dataclass(frozen=True)
-class ArcDxfExporter(SingleFileExporter[DesignRecord]):
+class ArcDxfExporter(SingleFileExporter[ProfileSource]):
     """Writes ``profile_arcs.dxf``: the tooth as tangent arcs, for controls without splines."""
 
     format: str = "dxf-arcs"
     filename: str = "profile_arcs.dxf"
 
-    def write_file(self, source: DesignRecord, path: Path) -> WrittenFile:
+    def write_file(self, source: ProfileSource, path: Path) -> WrittenFile:
         """Write, audit and read back. Raises ``ExportError`` if the file fails its audit."""
         tolerance = source.spec.export.chord_tolerance_um * UM
         arcs = disc_arcs(source.profile, _ARC_FIT_SHARE * tolerance)
@@ -74,13 +74,13 @@ class ArcDxfExporter(SingleFileExporter[DesignRecord]):
 
 
 @dataclass(frozen=True)
-class OffsetDxfExporter(SingleFileExporter[DesignRecord]):
+class OffsetDxfExporter(SingleFileExporter[ProfileSource]):
     """Writes ``profile_offset.dxf``: the centre of a cutter round openings and teeth, as tangent arcs and lines."""
 
     format: str = "dxf-offset"
     filename: str = "profile_offset.dxf"
 
-    def write_file(self, source: DesignRecord, path: Path) -> WrittenFile:
+    def write_file(self, source: ProfileSource, path: Path) -> WrittenFile:
         """Write, audit and read back; the deviation is the error of the centre's distance from the tooth.
 
         Raises ``ExportError`` if the cutter does not fit into a root or a corner.
@@ -103,7 +103,7 @@ class OffsetDxfExporter(SingleFileExporter[DesignRecord]):
         return self.measured(tolerance, found, "ezdxf, audited", entities)
 
 
-def cutter_offset(record: DesignRecord) -> float:
+def cutter_offset(record: ProfileSource) -> float:
     """From the outline to the cutter's centre [mm]: as given, or wire radius and spark gap."""
     given, wire = record.spec.export.dxf.offset_mm, record.spec.export.wire
     return 0.5 * wire.wire_diameter_mm + wire.spark_gap_um * UM if given is None else given

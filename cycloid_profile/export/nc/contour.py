@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cycloid_profile.design import DesignRecord, flank_relief
+from cycloid_profile.design import flank_relief
 from cycloid_profile.errors import ExportError
 from cycloid_profile.export.curves import (
     FIT_SHARE,
@@ -109,7 +109,7 @@ def comments(*texts: str) -> list[Block]:
 def lobes_note(source: ProfileSource) -> list[Block]:
     """Comments on how to clamp a disc whose lobes differ, or whose openings are turned against its teeth."""
     texts = []
-    if isinstance(source, DesignRecord) and source.openings_turn:
+    if source.openings_turn:
         turn = math.degrees(source.openings_turn)
         texts.append(f"DISC {source.disc}: ROOT 1 ON THE X AXIS, OPENINGS {turn:.4f} DEG ANTICLOCKWISE OF DISC 1")
     if not source.profile.identical_lobes:

@@ -65,6 +65,7 @@ class State(NamedTuple):
     feed: float = math.nan
     inverse: bool = False
     threaded: bool = False
+    flushing: bool = False
 
 
 class Motion(NamedTuple):
@@ -189,11 +190,16 @@ class _Run:
         self.here = end
 
     def wire_or_stop(self, text: str) -> Callable[[], None] | None:
-        """Action of the blocks that thread or cut the wire, and of stops; None for any other."""
+        """Action of the blocks that thread or cut the wire or flush it, and of stops; None for any other."""
         blocks = self.machine.blocks
         plain = text.strip()
         if plain in blocks.thread or plain in blocks.cut_wire:
             return partial(self.change, threaded=plain in blocks.thread)
+        if plain in blocks.flush_on or plain in blocks.flush_off:
+            # A control may flush by its words for coolant, which grinding programs use as well.
+            on = plain in blocks.flush_on
+            cools = plain in (blocks.coolant_on if on else blocks.coolant_off)
+            return partial(self.change, flushing=on, **({"coolant": on} if cools else {}))
         if re.match(r"(M0|STOP)\b", plain):
             return lambda: self.stops.append((len(self.motions), plain))
         return None

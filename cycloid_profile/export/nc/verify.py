@@ -53,16 +53,22 @@ def check_grinding(program: Program, machine: MachineSpec, blank: Blank, wheel_r
 
 
 def check_wire(program: Program, machine: MachineSpec, name: str) -> None:
-    """Check a wire program: it moves fast without wire and cuts with one, in X and Y alone, within the machine."""
+    """Check a wire program: it moves fast without wire and cuts with one, flushed by the words of the machine file, in
+    X and Y alone, within the machine."""
+    flushed = bool(machine.blocks.flush_on)
     for motion in program.motions:
         state = motion.state
         if (motion.kind == "rapid") == state.threaded:
             raise _refusal(name, motion, "is a rapid move with the wire threaded, or a cut without")
-        if not math.isnan(motion.end.z) or state.spindle or state.side or state.tool:
+        if state.flushing != (state.threaded and flushed):
+            raise _refusal(name, motion, "is flushed without a wire, or cuts without flushing")
+        milling = state.spindle or state.side or state.tool or (state.coolant and not state.flushing)
+        if not math.isnan(motion.end.z) or milling:
             raise _refusal(name, motion, "is a milling word in a wire program")
         _check_limits(name, motion, machine)
-    if program.state.threaded:
-        raise ExportError(f"program '{name}'", "its end", "leaves the wire threaded", "correct the machine file", ": ")
+    for left, what in ((program.state.threaded, "the wire threaded"), (program.state.flushing, "the flushing on")):
+        if left:
+            raise ExportError(f"program '{name}'", "its end", f"leaves {what}", "correct the machine file", ": ")
 
 
 def check_turns(program: Program, turns: int, name: str) -> None:

@@ -14,12 +14,12 @@ from pathlib import Path
 import numpy as np
 
 from cycloid_profile.arrays import ComplexArray, FloatArray
-from cycloid_profile.design import DesignRecord
 from cycloid_profile.errors import ExportError
 from cycloid_profile.export.curves import (
     FIT_SHARE,
     Arcs,
     Deviation,
+    ProfileSource,
     chain_of,
     disc_arcs,
     distance_to_chain,
@@ -62,13 +62,13 @@ class Cut:
 
 
 @dataclass(frozen=True)
-class WireExporter(SingleFileExporter[DesignRecord]):
+class WireExporter(SingleFileExporter[ProfileSource]):
     """Writes ``wire_edm.nc``: the wire's centre round all openings and the teeth."""
 
     format: str = "gcode-wire"
     filename: str = "wire_edm.nc"
 
-    def write_file(self, source: DesignRecord, path: Path) -> WrittenFile:
+    def write_file(self, source: ProfileSource, path: Path) -> WrittenFile:
         """Write, read back and measure the error of the wire's distance from the outline in the finishing cuts.
 
         Raises ``ExportError`` if the wire does not fit a corner.
@@ -152,7 +152,7 @@ def _middle(contour: Contour) -> complex:
     return complex(centres[near[0] - 1]) if near else found
 
 
-def _teeth(record: DesignRecord, tolerance: float) -> Cut:
+def _teeth(record: ProfileSource, tolerance: float) -> Cut:
     """Cuts of all lobes but the last, in alternating directions. The disc is then clamped, and the last lobe, which
     held it, is cut."""
     wire = record.spec.export.wire
@@ -193,7 +193,7 @@ def _remarks(wire: WireSpec) -> tuple[str, ...]:
     )
 
 
-def _program(record: DesignRecord, cuts: list[Cut], tolerance: float, post: Post) -> dict[str, list[Block]]:
+def _program(record: ProfileSource, cuts: list[Cut], tolerance: float, post: Post) -> dict[str, list[Block]]:
     wire = record.spec.export.wire
     head = [
         Block("begin", _PROGRAM),
@@ -217,14 +217,14 @@ def _program(record: DesignRecord, cuts: list[Cut], tolerance: float, post: Post
         main += [
             *comments(f"{plain_name(cut.name).upper()}: START HOLE AT X{cut.start.real:.3f} Y{cut.start.imag:.3f}"),
             line_block(cut.start, "rapid"),
-            *post.own("thread"),
+            *post.own("thread", "flush_on"),
         ]
         for k in range(len(cut.chains)):
             if k in cut.stops:
                 main.append(Block("stop", {"text": cut.stops[k]}))
             lead, along = _leg(cut, k, wire.feed_mm_per_min, tolerance, post)
             main += [*comments(cut.remarks[k]), *lead, *along]
-        main += [line_block(cut.end), *post.own("cut_wire")]
+        main += [line_block(cut.end), *post.own("flush_off", "cut_wire")]
     return {"begin": head, "main": [*main, *post.own("end")], "end": [Block("end", _PROGRAM)]}
 
 
@@ -240,7 +240,7 @@ def _leg(cut: Cut, k: int, feed: float, tolerance: float, post: Post) -> tuple[l
 
 
 def _distance_errors(
-    record: DesignRecord, cuts: list[Cut], legs: list[list[tuple[list[Block], list[Block]]]], runs: list[Arcs]
+    record: ProfileSource, cuts: list[Cut], legs: list[list[tuple[list[Block], list[Block]]]], runs: list[Arcs]
 ) -> tuple[ComplexArray, FloatArray]:
     """Points of the finishing cuts, and the error of the wire's distance from the outline there [mm]."""
     wanted = offsets(record.spec.export.wire)[-1]

@@ -6,6 +6,7 @@ import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
+from textwrap import wrap
 
 import numpy as np
 
@@ -95,7 +96,7 @@ def read_sequences(path: Path) -> FloatArray:
 def _header(name: str) -> list[str]:
     text = [
         "VDA-FS 2.0",
-        f"NOMINAL POINTS OF THE TEETH OF {name.upper()}",
+        *wrap(f"NOMINAL POINTS OF THE TEETH OF {name.upper()}", _WIDTH),
         "COORDINATES IN MM, ORIGIN ON THE BORE AXIS, TOOTH ROOT 1 ON THE X AXIS",
         "ONE MDI A LOBE: POINTS AND OUTWARD UNIT NORMALS",
     ]

@@ -5,7 +5,6 @@ from cycloid_profile.export.writing.exporter import LibraryMissing as LibraryMis
 from cycloid_profile.export.writing.exporter import SingleFileExporter as SingleFileExporter
 from cycloid_profile.export.writing.exporter import WrittenFile as WrittenFile
 from cycloid_profile.export.writing.exporter import lib3mf as lib3mf
-from cycloid_profile.export.writing.exporter import plain_name as plain_name
 from cycloid_profile.export.writing.exporter import read_back_error as read_back_error
 from cycloid_profile.export.writing.exporter import require_cad_kernel as require_cad_kernel
 from cycloid_profile.export.writing.folder import PROTECTED as PROTECTED
@@ -16,5 +15,8 @@ from cycloid_profile.export.writing.manifest import manifest_entry as manifest_e
 from cycloid_profile.export.writing.manifest import read_manifest as read_manifest
 from cycloid_profile.export.writing.manifest import unchanged_entries as unchanged_entries
 from cycloid_profile.export.writing.manifest import write_manifest as write_manifest
+from cycloid_profile.export.writing.names import dxf_text as dxf_text
+from cycloid_profile.export.writing.names import plain_name as plain_name
+from cycloid_profile.export.writing.names import step_text as step_text
 from cycloid_profile.export.writing.signals import STOPPING as STOPPING
 from cycloid_profile.export.writing.signals import signals_deferred as signals_deferred

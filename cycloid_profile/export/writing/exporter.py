@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import re
-import unicodedata
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Generic, Protocol, TypeVar
 
-from cycloid_profile.design import DesignRecord
 from cycloid_profile.errors import ExportError
 from cycloid_profile.export.curves import Deviation
 from cycloid_profile.export.writing.signals import signals_deferred
 
-_LONGEST_NAME = 60  # characters, the limit of texts of a spec
 Source = TypeVar("Source", contravariant=True)
 
 
@@ -36,7 +32,7 @@ class WrittenFile:
     measures: dict[str, float] = field(default_factory=dict)
 
 
-class Exporter(Protocol):
+class Exporter(Protocol[Source]):
     """One file format."""
 
     @property
@@ -49,7 +45,7 @@ class Exporter(Protocol):
         """Names of the files it writes."""
         ...
 
-    def write(self, record: DesignRecord, folder: Path) -> tuple[WrittenFile, ...]:
+    def write(self, source: Source, folder: Path, /) -> tuple[WrittenFile, ...]:
         """Write the files into ``folder``, read each back and measure it; in the order of ``filenames``."""
         ...
 
@@ -77,12 +73,6 @@ class SingleFileExporter(ABC, Generic[Source]):
     def measured(self, tolerance: float, deviation: Deviation, reader: str, entities: dict[str, int]) -> WrittenFile:
         """The file with its tolerance [mm] and measured deviation; see ``WrittenFile``."""
         return WrittenFile(self.filename, self.format, tolerance, deviation, reader, entities)
-
-
-def plain_name(name: str) -> str:
-    """``name`` in ASCII letters, digits and a few signs, accents dropped, at most 60 characters."""
-    ascii_only = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode("ascii")
-    return re.sub(r"[^A-Za-z0-9 ._-]", "", ascii_only).strip()[:_LONGEST_NAME] or "DISC"
 
 
 def read_back_error(kind: str, path: Path, finding: str) -> ExportError:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from cycloid_profile import plot
-from cycloid_profile.design import DesignRecord, disc_parts_sentence, summary
+from cycloid_profile.design import DesignRecord, disc_parts_sentence, disc_records, summary
 from cycloid_profile.export import CadProcess, write_in_two_processes
 from cycloid_profile.export.writing import (
     PROTECTED,
@@ -60,7 +60,7 @@ def build_package(
                 for file in save(picture.draw(record), scratch / PLOTS, picture.name):
                     pictures.append(WrittenFile(f"{PLOTS}/{file.name}", file.suffix[1:]))
 
-        written, skipped = write_in_two_processes(record, formats, scratch, cad, progress, draw)
+        written, skipped = write_in_two_processes(disc_records(record), formats, scratch, cad, progress, draw)
         progress("writing the report")
         write_report(scratch, REPORT, design_report(record, written, skipped, scratch, pdf), pdf)
         reports = [WrittenFile(REPORT, "html"), *([WrittenFile(pdf_name(REPORT), "pdf")] if pdf else [])]
@@ -84,7 +84,7 @@ def export_package(
     Raises ``ExportError`` as ``build_package`` does.
     """
     with atomic_folder(folder, protection) as scratch, process or CadProcess(formats) as cad:
-        written, skipped = write_in_two_processes(record, formats, scratch, cad, progress)
+        written, skipped = write_in_two_processes(disc_records(record), formats, scratch, cad, progress)
         entries = _add_to_manifest(record, written, skipped, scratch, folder)
     return entries, skipped
 

@@ -1,6 +1,7 @@
 """Names of the room; each is imported when first used."""
 
 from .correction_package import correct_scans as correct_scans
+from .correction_package import corrected_disc as corrected_disc
 from .correction_package import write_correction as write_correction
 from .correction_text import CORRECTION_PAGE as CORRECTION_PAGE
 from .correction_text import correction_meaning as correction_meaning

@@ -1,4 +1,4 @@
-"""From scans of a disc to the files of its correction: grinding path, NC program, expected scan, picture, JSON."""
+"""From scans of a disc to the files of its correction: the corrected disc, the expected scan, a picture, JSON."""
 
 from __future__ import annotations
 
@@ -8,16 +8,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import msgspec
+
 from cycloid_profile import plot
 from cycloid_profile.correction import Correction, correction
 from cycloid_profile.correction import correction_to_json as correction_json
-from cycloid_profile.design import as_built_reducer, effects_of
+from cycloid_profile.design import as_built_reducer, disc_outline, effects_of, turned_openings
 from cycloid_profile.diagnosis import Diagnosis, diagnose
 from cycloid_profile.errors import MeasurementError
-from cycloid_profile.export import check_deviation
-from cycloid_profile.export.curves import SpecifiedProfile
-from cycloid_profile.export.nc import GcodeExporter
-from cycloid_profile.export.points import ProfileCsvExporter
+from cycloid_profile.export import NOT_OF_A_CORRECTION, CadProcess, SpecifiedProfile, write_in_two_processes
 from cycloid_profile.export.writing import PROTECTED, Protection, atomic_folder, manifest_entry
 from cycloid_profile.measurement import Measurement, format_measurement
 from cycloid_profile.plot import save
@@ -33,6 +32,9 @@ _UNKNOWN = (
 )
 _AGREES = "scan and nominal tooth agree within the noise: nothing to correct, nothing written"
 _NOTHING = "no smooth deviation of the scan exceeds the noise"
+_ONE_GAP = "it holds the gap at lobe 1 alone, and the lobes of this correction differ"
+FORMATS = ("csv", "gcode")  # written unless others are asked for
+LABEL = "corrected"  # in the names of the files, and in the name of the disc
 
 
 class CorrectedScans(NamedTuple):
@@ -52,11 +54,12 @@ def correct_scans(
     limit_um: float = 10.0,
     wheel_radius: float | None = None,
     remainder: bool = False,
+    formats: Sequence[str] = FORMATS,
     progress: Callable[[str], None] = lambda _: None,
     protection: Protection = PROTECTED,
     pdf: bool = False,
 ) -> CorrectedScans:
-    """Diagnose scans of one disc and write the grinding path that cancels its errors into ``folder``.
+    """Diagnose scans of one disc and write the disc that cancels its errors into ``folder``, in the given ``formats``.
 
     ``disc`` counted from 0, by default that of the scans; ``limit_um``, largest deviation from the nominal tooth [µm];
     ``wheel_radius`` [mm], that of the generating pin unless given; ``remainder``: cancel a smooth remainder, too;
@@ -70,8 +73,8 @@ def correct_scans(
     which = _one_disc(diagnosis)
 
     def nothing(reason: str, status: int) -> CorrectedScans:
-        values = {"schema": 1, "name": spec.name, "verdict": diagnosis.verdict, "effects": [], "files": []}
-        return CorrectedScans({**values, "reason": reason}, reason, status)
+        values = {"schema": 1, "name": spec.name, "verdict": diagnosis.verdict, "effects": []}
+        return CorrectedScans({**values, "files": [], "skipped": {}, "reason": reason}, reason, status)
 
     if diagnosis.verdict == "unknown_effect" and not remainder:
         return nothing(_UNKNOWN, 1)
@@ -92,7 +95,11 @@ def correct_scans(
     least = LEAST_POINTS_PER_LOBE * reducer.case.drive.trochoid.lobes
     points = max(least, *(scan["x_mm"].size for scan in scans))
     values = correction_json(found, diagnosis, spec.name, limit_um, remainder)
-    return CorrectedScans(write_correction(found, values, spec, points, folder, progress, protection, pdf))
+    return CorrectedScans(
+        write_correction(
+            found, values, spec, points, folder, progress, protection, formats=formats, wheel_radius=wheel_radius, pdf=pdf
+        )
+    )
 
 
 def write_correction(
@@ -103,21 +110,23 @@ def write_correction(
     folder: Path,
     progress: Callable[[str], None] = lambda _: None,
     protection: Protection = PROTECTED,
+    *,
+    formats: Sequence[str] = FORMATS,
+    wheel_radius: float | None = None,
     pdf: bool = False,
 ) -> dict[str, Any]:
     """Write all files into ``folder``, or none; returns the content of ``correction.json``.
 
     ``values``: JSON object of the correction, to which the files are added; ``points`` of the expected scan;
-    ``pdf``: write the report as PDF, too.
+    ``formats`` and ``wheel_radius`` of the programs [mm], that of the spec unless given. Formats of the finished disc
+    or stage are not written: ``skipped`` of the result names the reason. ``pdf``: write the report as PDF, too.
     """
-    path = SpecifiedProfile(spec, found.predicted.case.drive, found.program)
-    exporters = (ProfileCsvExporter(filename="profile_corrected.csv"), GcodeExporter(filename="grinding_corrected.nc"))
-    with atomic_folder(folder, protection) as scratch:
-        files = []
-        for exporter in exporters:
-            progress(f"writing {exporter.filename}")
-            written = [check_deviation(file) for file in exporter.write(path, scratch)]
-            files += [manifest_entry(file, spec, scratch) for file in written]
+    disc, skipped = corrected_disc(found, spec, wheel_radius)
+    skipped |= {name: NOT_OF_A_CORRECTION[name] for name in formats if name in NOT_OF_A_CORRECTION}
+    wanted = [name for name in formats if name not in skipped]
+    with atomic_folder(folder, protection) as scratch, CadProcess(wanted) as process:
+        written, missing = write_in_two_processes([disc], wanted, scratch, process, progress)
+        files = [manifest_entry(file, spec, scratch) for file in written]
         progress("simulating the expected scan")
         scan = simulate(found.predicted, "profile_scan", Settings(points=points, disc=found.disc))
         note = {"expected": "after the correction, the machine's errors still there"}
@@ -125,10 +134,36 @@ def write_correction(
         drawn = [file.name for file in save(plot.correction(found, name=spec.name), scratch, "correction")]
         pages = [CORRECTION_PAGE, *([pdf_name(CORRECTION_PAGE)] if pdf else [])]
         others = [{"path": name} for name in ("predicted_scan.csv", *drawn, "correction.json", *pages)]
-        whole = {**values, "files": [*files, *others]}
+        whole = {**values, "files": [*files, *others], "skipped": {**skipped, **missing}}
         write_text(scratch / "correction.json", json_text(whole))
         write_report(scratch, CORRECTION_PAGE, correction_report(whole, scratch, pdf), pdf)
     return whole
+
+
+def corrected_disc(
+    found: Correction, spec: Spec, wheel_radius: float | None = None
+) -> tuple[SpecifiedProfile, dict[str, str]]:
+    """The disc of a correction with its openings, for the exporters of a design, and the files that it cannot have with
+    the reason.
+
+    ``wheel_radius`` of the programs [mm], that of the spec unless given. Where the lobes differ, no file of the gap at
+    lobe 1 is written.
+    """
+    drive, export, skipped = found.predicted.case.drive, spec.export, {}
+    if wheel_radius is not None:
+        export = msgspec.structs.replace(export, wheel_radius_mm=wheel_radius)
+    if not found.program.identical_lobes:
+        if export.form_wheel is not None:
+            skipped["form_wheel.csv"] = _ONE_GAP
+        if export.points is not None and export.points.range == "gap":
+            skipped[export.points.file] = _ONE_GAP
+            export = msgspec.structs.replace(export, points=None)
+        export = msgspec.structs.replace(export, form_wheel=None)
+    labelled = msgspec.structs.replace(spec, name=f"{LABEL} {spec.name}", export=export)
+    nominal = disc_outline(spec, drive, found.drawing)
+    turn, contours = turned_openings(drive, nominal, found.disc + 1)
+    disc = SpecifiedProfile(labelled, drive, found.program, contours, found.disc + 1, turn, LABEL)
+    return disc, skipped
 
 
 def _check(scans: Sequence[Measurement], limit_um: float, wheel_radius: float | None) -> None:

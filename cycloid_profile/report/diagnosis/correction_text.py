@@ -57,7 +57,7 @@ def correction_verdict(values: Mapping[str, Any]) -> Verdict:
 
 
 def correction_meaning(values: Mapping[str, Any]) -> list[str]:
-    """Scan to expect, change of the path against its limit, clamping, and notes."""
+    """Scan to expect, change of the path against its limit, clamping, notes, and formats that were not written."""
     sentences = [
         f"{one['file']}: {one['rms_before_um']:.3g} µm rms from the nominal tooth now, with noise of "
         f"{one['noise_um']:.3g} µm; a scan of the corrected disc is expected at {values['rms_expected_um']:.3g} µm."
@@ -69,4 +69,6 @@ def correction_meaning(values: Mapping[str, Any]) -> list[str]:
         f"{values['limit_um']:g} µm."
     )
     _, *further = correction_sentences(values)
-    return [*sentences, *(f"{one[0].upper()}{one[1:]}." for one in (each.removeprefix("note: ") for each in further))]
+    notes = [each.removeprefix("note: ") for each in further]
+    notes += [f"{name} is not written: {reason}" for name, reason in values["skipped"].items()]
+    return [*sentences, *(f"{one[0].upper()}{one[1:]}." for one in notes)]

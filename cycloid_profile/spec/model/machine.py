@@ -98,6 +98,8 @@ class BlocksSpec(Table, frozen=True, kw_only=True):
     thread: Annotated[Lines, _lines("Thread the wire.")]
     cut_wire: Annotated[Lines, _lines("Cut the wire.")]
     end: Annotated[Lines, _lines("End of every program.")]
+    flush_on: Annotated[Lines, _lines("Flushing on, after the wire is threaded; empty for none.")] = ()
+    flush_off: Annotated[Lines, _lines("Flushing off, before the wire is cut; empty for none.")] = ()
     accepted: Annotated[
         Lines, _lines("Further words in these blocks that the reader may pass over, such as `M48`.")
     ] = ()
