@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from cycloid_profile.cli.output._options import (
+    AllowLarge,
     Force,
     Json,
     OutFolder,
@@ -23,6 +24,7 @@ def build(
     out: OutFolder = None,
     json: Json = None,
     force: Force = False,
+    allow_large: AllowLarge = False,
     plugin: Plugins = (),
     quiet: Quiet = False,
 ) -> int:
@@ -36,7 +38,7 @@ def build(
 
     folder = output_folder(out, spec)
     protection = protection_of(force, spec, *plugin, json=json)
-    with progress(quiet) as show_step:
+    with progress(quiet, allow_large) as show_step:
         show_step("reading the spec")
         wanted = read_with_plugins(spec, plugin)
         show_step("computing load sharing and compensation")

@@ -8,6 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from cycloid_profile.cli.output._options import (
+    AllowLarge,
     Columns,
     Force,
     Json,
@@ -43,6 +44,7 @@ def correct(
     columns: Columns = (),
     json: Json = None,
     force: Force = False,
+    allow_large: AllowLarge = False,
     plugin: Plugins = (),
     quiet: Quiet = False,
 ) -> int:
@@ -62,7 +64,7 @@ def correct(
     require_files(scans, "profile scans")
     protection = protection_of(force, spec, *scans, *plugin, json=json)
     folder = output_folder(out, spec, "correct")
-    with progress(quiet) as show_step:
+    with progress(quiet, allow_large) as show_step:
         wanted = read_with_plugins(spec, plugin)
         values, reason, status = correct_scans(
             wanted,

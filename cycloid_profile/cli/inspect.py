@@ -8,6 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from cycloid_profile.cli.output._options import (
+    AllowLarge,
     Columns,
     Force,
     Json,
@@ -33,6 +34,7 @@ def inspect(
     columns: Columns = (),
     json: Json = None,
     force: Force = False,
+    allow_large: AllowLarge = False,
     plugin: Plugins = (),
     quiet: Quiet = False,
 ) -> int:
@@ -52,7 +54,7 @@ def inspect(
 
     protection = protection_of(force, spec, scan, *plugin, json=json)
     folder = output_folder(out, spec, "inspect")
-    with progress(quiet) as show_step:
+    with progress(quiet, allow_large) as show_step:
         wanted = read_with_plugins(spec, plugin)
         (measured,) = read_files([scan], columns, wanted, show_step)
         show_step("computing the nominal tooth")

@@ -123,7 +123,8 @@ def hysteresis_loop(
 def evaluate_loop(torque: FloatArray, angle: FloatArray) -> LoopFigures:
     """Figures of a loop from any start that holds at least one whole cycle between its extremes.
 
-    Raises ``MeasurementError`` if the torque does not run from its largest to its smallest and back.
+    Raises ``MeasurementError`` if the torque does not run from its largest to its smallest and back, or the angle does
+    not move with it.
     """
     peak = float(np.max(torque))
     top, bottom, end = _branch_ends(torque, peak)
@@ -135,9 +136,13 @@ def evaluate_loop(torque: FloatArray, angle: FloatArray) -> LoopFigures:
     zero = (up(0.0), down(0.0))
     last = float(torque[rising][-1])
     half = 0.5 * peak
-    forward = (last - half) / (up(last) - up(half)) if last > half else np.nan
     least = float(torque[bottom])
-    backward = (-half - least) / (down(-half) - down(least))
+    turns = (up(last) - up(half), down(-half) - down(least))
+    if (last > half and turns[0] == 0.0) or turns[1] == 0.0:
+        limit = "does not change between half and full torque"
+        raise MeasurementError("angle of the loop", "", limit, "take less friction or more torque", "")
+    forward = (last - half) / turns[0] if last > half else np.nan
+    backward = (-half - least) / turns[1]
     return LoopFigures(
         torque=torque,
         angle=angle,

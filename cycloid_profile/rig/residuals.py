@@ -79,7 +79,7 @@ def _curve_residual(reducer: AsBuiltReducer, measurement: Measurement) -> Measur
     kind = measurement.kind
     residual = measurement.value - predict_curve(reducer, measurement).value
     if np.all(np.isnan(residual)):
-        raise SolveError(measurement.name, "without", "an equilibrium to compare with", "make the effects smaller", " ")
+        raise SolveError(measurement.name, "without", "an equilibrium to compare with", reducer.smaller_effects, " ")
     registration: dict[str, float] = {}
     if kind.zero_unknown:
         zero = float(np.nanmean(residual))

@@ -28,6 +28,7 @@ Json = Annotated[
 ]
 Quiet = Annotated[bool, Parameter(name=("--quiet", "-q"), help="Print no progress and no hints.")]
 Force = Annotated[bool, Parameter(help="Replace inputs, and files that this program did not make.")]
+AllowLarge = Annotated[bool, Parameter(help="Do what needs more memory, disk or time than the limits.")]
 
 Plugins = Annotated[
     tuple[str, ...],
