@@ -5,10 +5,12 @@ A need is estimated from the input before the work begins. Needs above a tenth o
 
 from __future__ import annotations
 
+import zipfile
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import dataclass
+from typing import BinaryIO
 
 from cycloid_profile.errors import ResourceError
 
@@ -86,6 +88,16 @@ def resource_limits(allow_large: bool = False, say: Callable[[str], None] = lamb
 def is_large_allowed() -> bool:
     """Whether needs above the limits are met here."""
     return _session.get().allow_large
+
+
+def unpacked_need(archive: BinaryIO, what: str, value: str, memory_per_byte: float) -> Need:
+    """What a ZIP archive needs once it is unpacked: a few bytes can unpack to any number. No archive needs nothing."""
+    size = 0
+    with suppress(zipfile.BadZipFile, ValueError, NotImplementedError, OSError), zipfile.ZipFile(archive) as opened:
+        size = sum(one.file_size for one in opened.infolist())
+    archive.seek(0)
+    unpacked = f"{value} unpacked to {size / 1e6:,.0f} MB"
+    return Need(what, unpacked, "keep less in it", memory=memory_per_byte * size, joint=" ")
 
 
 def _in_words(name: str, amount: float) -> str:

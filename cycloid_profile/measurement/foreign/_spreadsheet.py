@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import io
-import zipfile
 from collections.abc import Iterable
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
 from cycloid_profile.errors import MeasurementError
 from cycloid_profile.measurement.foreign.table import SourceTable, read_table
-from cycloid_profile.resources import Need
+from cycloid_profile.resources import unpacked_need
 
 _MEMORY_PER_BYTE = 25.0  # of an unpacked sheet
 _ZIP, _OLE = b"PK\x03\x04", b"\xd0\xcf\x11\xe0"
@@ -29,7 +27,7 @@ class SpreadsheetReader:
 
     def read(self, data: bytes, name: str) -> SourceTable:
         """See ``MeasurementReader.read``."""
-        _unpacked_need(data, name).require()
+        unpacked_need(io.BytesIO(data), name, "is a workbook", _MEMORY_PER_BYTE).require()
         if b"xl/workbook" not in data:
             remedy = "save it as .xlsx or .csv"
             raise MeasurementError(name, "the file", "is no .xlsx workbook", remedy, ": ")
@@ -54,14 +52,6 @@ class SpreadsheetReader:
             others = f", {len(sheets) - 1} other sheets not read" if len(sheets) > 1 else ""
             return replace(table, layout=f"sheet '{title}' of a workbook{others}", place="row")
         raise fault or MeasurementError(name, "the workbook", "has no sheets", "save one sheet", ": ")
-
-
-def _unpacked_need(data: bytes, name: str) -> Need:
-    """What the workbook needs once it is unpacked; a few bytes can unpack to any number."""
-    size = 0
-    with suppress(zipfile.BadZipFile, ValueError, NotImplementedError), zipfile.ZipFile(io.BytesIO(data)) as archive:
-        size = sum(one.file_size for one in archive.infolist())
-    return Need(name, f"unpacked to {size / 1e6:,.0f} MB", "save less", memory=_MEMORY_PER_BYTE * size, joint=" ")
 
 
 def _text(rows: Iterable[tuple[Any, ...]]) -> str:
