@@ -137,9 +137,16 @@ def bases() -> dict[str, list[bytes]]:
 def damaged(draw: st.DrawFn, reader: str) -> bytes:
     """A good file with a few pieces removed, doubled, exchanged or replaced, inside the members of an archive, too."""
     data = draw(st.sampled_from(bases()[reader]))
-    if data.startswith(b"PK") and draw(st.booleans()):
-        return _damaged_archive(draw, data)
-    return _damaged_bytes(draw, data)
+    members = _members(data)
+    return _damaged_archive(draw, members) if members and draw(st.booleans()) else _damaged_bytes(draw, data)
+
+
+@cache
+def _members(data: bytes) -> dict[str, bytes]:
+    """Members of an archive by name; none of a file that is no archive, or a damaged one."""
+    with suppress(Exception), zipfile.ZipFile(io.BytesIO(data)) as archive:
+        return {one.filename: archive.read(one) for one in archive.infolist()}
+    return {}
 
 
 def _damaged_bytes(draw: st.DrawFn, data: bytes) -> bytes:
@@ -158,12 +165,10 @@ def _damaged_bytes(draw: st.DrawFn, data: bytes) -> bytes:
     return data
 
 
-def _damaged_archive(draw: st.DrawFn, data: bytes) -> bytes:
+def _damaged_archive(draw: st.DrawFn, good: dict[str, bytes]) -> bytes:
     """One member damaged before it is packed again, so that checksums are right."""
-    with zipfile.ZipFile(io.BytesIO(data)) as archive:
-        members = {one.filename: archive.read(one) for one in archive.infolist()}
-    name = draw(st.sampled_from(sorted(members)))
-    members[name] = _damaged_bytes(draw, members[name])
+    name = draw(st.sampled_from(sorted(good)))
+    members = good | {name: _damaged_bytes(draw, good[name])}
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
         for member, content in members.items():
