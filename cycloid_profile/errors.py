@@ -101,6 +101,10 @@ class ExportError(CycloidError):
     """A file that cannot be written."""
 
 
+class ResourceError(CycloidError):
+    """Input that needs more memory, disk or time than is taken without permission."""
+
+
 class ToleranceError(CycloidError):
     """A tolerance study that cannot be run: no scheduler, no place for its samples."""
 

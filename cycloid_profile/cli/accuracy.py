@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from cycloid_profile.cli.output._options import (
+    AllowLarge,
     Force,
     Json,
     OutFolder,
@@ -23,6 +24,7 @@ def accuracy(
     out: OutFolder = None,
     json: Json = None,
     force: Force = False,
+    allow_large: AllowLarge = False,
     plugin: Plugins = (),
     quiet: Quiet = False,
 ) -> int:
@@ -34,7 +36,7 @@ def accuracy(
     from cycloid_profile.report.design import save_accuracy_plot, terminal_tables, warnings
 
     protection = protection_of(force, spec, *plugin, json=json)
-    with progress(quiet) as show_step:
+    with progress(quiet, allow_large) as show_step:
         show_step("loading the drive over one mesh cycle")
         record = design_disc(read_with_plugins(spec, plugin))
         picture = save_accuracy_plot(record, output_folder(out, spec), protection)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from cycloid_profile.cli.output._options import (
+    AllowLarge,
     Force,
     Json,
     OutFolder,
@@ -26,6 +27,7 @@ def build(
     json: Json = None,
     pdf: Pdf = False,
     force: Force = False,
+    allow_large: AllowLarge = False,
     plugin: Plugins = (),
     quiet: Quiet = False,
 ) -> int:
@@ -40,7 +42,7 @@ def build(
     folder = output_folder(out, spec)
     checked_pdf(pdf)
     protection = protection_of(force, spec, *plugin, json=json)
-    with progress(quiet) as show_step:
+    with progress(quiet, allow_large) as show_step:
         show_step("reading the spec")
         wanted = read_with_plugins(spec, plugin)
         show_step("computing load sharing and compensation")

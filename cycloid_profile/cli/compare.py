@@ -8,6 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from cycloid_profile.cli.output._options import (
+    AllowLarge,
     Columns,
     Force,
     Json,
@@ -33,6 +34,7 @@ def compare(
     columns: Columns = (),
     json: Json = None,
     force: Force = False,
+    allow_large: AllowLarge = False,
     plugin: Plugins = (),
     quiet: Quiet = False,
 ) -> int:
@@ -53,7 +55,7 @@ def compare(
     require_files(data, "measured files")
     protection = protection_of(force, spec, *data, *plugin, json=json)
     folder = output_folder(out, spec) / "compare"
-    with progress(quiet) as show_step:
+    with progress(quiet, allow_large) as show_step:
         wanted = read_with_plugins(spec, plugin)
         measured = read_files(data, columns, wanted, show_step)
         show_step("building the reducer")

@@ -8,6 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from cycloid_profile.cli.output._options import (
+    AllowLarge,
     Columns,
     Force,
     Json,
@@ -51,6 +52,7 @@ def correct(
     json: Json = None,
     pdf: Pdf = False,
     force: Force = False,
+    allow_large: AllowLarge = False,
     plugin: Plugins = (),
     quiet: Quiet = False,
 ) -> int:
@@ -72,7 +74,7 @@ def correct(
     require_files(scans, "profile scans")
     protection = protection_of(force, spec, *scans, *plugin, json=json)
     folder = output_folder(out, spec, "correct")
-    with progress(quiet) as show_step:
+    with progress(quiet, allow_large) as show_step:
         wanted = read_with_plugins(spec, plugin)
         values, reason, status = correct_scans(
             wanted,

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from cycloid_profile.cli.output._options import (
+    AllowLarge,
     Columns,
     Force,
     Json,
@@ -48,6 +49,7 @@ def diagnose(
     plan: Annotated[bool, Parameter(help="Print the effect sizes each measurement can detect; needs no data.")] = False,
     pdf: Pdf = False,
     force: Force = False,
+    allow_large: AllowLarge = False,
     plugin: Plugins = (),
     quiet: Quiet = False,
 ) -> int:
@@ -65,7 +67,7 @@ def diagnose(
     checked_pdf(pdf)
     protection = protection_of(force, spec, *data, *held_out, *against, *plugin, json=json)
     if plan:
-        return _plan_measurements(spec, plugin, output_folder(out, spec) / "diagnosis", protection, quiet)
+        return _plan_measurements(spec, plugin, output_folder(out, spec) / "diagnosis", protection, quiet, allow_large)
     require_files(data, "measured files")
     from cycloid_profile.design import as_built_reducer
     from cycloid_profile.diagnosis import compare_diagnoses, comparison_to_json
@@ -75,7 +77,7 @@ def diagnose(
 
     wanted = read_with_plugins(spec, plugin)
     folder = output_folder(out, spec, "diagnosis")
-    with progress(quiet) as show_step:
+    with progress(quiet, allow_large) as show_step:
         measured = read_files([*data, *held_out, *against], columns, wanted, show_step)
         measured, checks, earlier = (
             measured[: len(data)],
@@ -111,13 +113,15 @@ def diagnose(
     return 0
 
 
-def _plan_measurements(spec: Path, plugin: Sequence[str], folder: Path, protection: Protection, quiet: bool) -> int:
+def _plan_measurements(
+    spec: Path, plugin: Sequence[str], folder: Path, protection: Protection, quiet: bool, allow_large: bool
+) -> int:
     from cycloid_profile.design import as_built_reducer
     from cycloid_profile.diagnosis import detectability
     from cycloid_profile.report.diagnosis import plan_tables, save_plan_plot
 
     wanted = read_with_plugins(spec, plugin)
-    with progress(quiet) as show_step:
+    with progress(quiet, allow_large) as show_step:
         rows = detectability(as_built_reducer(wanted), show_step)
         picture = save_plan_plot(rows, wanted.name, folder, protection)
     print_tables(plan_tables(rows, wanted.name))

@@ -7,6 +7,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from cycloid_profile.cli.output._options import (
+    AllowLarge,
     Force,
     Json,
     OutFolder,
@@ -33,6 +34,7 @@ def export(
     list: Annotated[bool, Parameter(help="Print the names of the files without writing them.")] = False,
     json: Json = None,
     force: Force = False,
+    allow_large: AllowLarge = False,
     plugin: Plugins = (),
     quiet: Quiet = False,
 ) -> int:
@@ -57,7 +59,7 @@ def export(
         if not printed_as_json({"schema": 1, "name": wanted.name, "files": listed}, json, protection):
             print_tables([planned_files_table(formats, folder, discs)])
         return 0
-    with progress(quiet) as show_step:
+    with progress(quiet, allow_large) as show_step:
         show_step("computing load sharing and compensation")
         with CadProcess(formats) as process:
             record = design_disc(wanted)

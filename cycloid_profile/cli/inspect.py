@@ -8,6 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from cycloid_profile.cli.output._options import (
+    AllowLarge,
     Columns,
     Force,
     Json,
@@ -36,6 +37,7 @@ def inspect(
     json: Json = None,
     pdf: Pdf = False,
     force: Force = False,
+    allow_large: AllowLarge = False,
     plugin: Plugins = (),
     quiet: Quiet = False,
 ) -> int:
@@ -56,7 +58,7 @@ def inspect(
     checked_pdf(pdf)
     protection = protection_of(force, spec, scan, *plugin, json=json)
     folder = output_folder(out, spec, "inspect")
-    with progress(quiet) as show_step:
+    with progress(quiet, allow_large) as show_step:
         wanted = read_with_plugins(spec, plugin)
         (measured,) = read_files([scan], columns, wanted, show_step)
         show_step("computing the nominal tooth")

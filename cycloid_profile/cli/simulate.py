@@ -7,7 +7,15 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from cycloid_profile.cli.output._options import Force, Json, Plugins, Quiet, protection_of, read_with_plugins
+from cycloid_profile.cli.output._options import (
+    AllowLarge,
+    Force,
+    Json,
+    Plugins,
+    Quiet,
+    protection_of,
+    read_with_plugins,
+)
 from cycloid_profile.cli.output._terminal import print_tables, printed_as_json, progress
 
 Kind = Literal["profile_scan", "hysteresis", "transmission_error", "lost_motion_map"]
@@ -31,6 +39,7 @@ def simulate(
     seed: Annotated[int, Parameter(help="Seed of the noise.", show_default=True)] = 0,
     json: Json = None,
     force: Force = False,
+    allow_large: AllowLarge = False,
     plugin: Plugins = (),
     quiet: Quiet = False,
 ) -> int:
@@ -64,15 +73,15 @@ def simulate(
         noise=noise,
         seed=seed,
     )
-    with progress(quiet) as show_step:
+    with progress(quiet, allow_large) as show_step:
         show_step("building the reducer")
         wanted = read_with_plugins(spec, plugin)
         reducer = as_built_reducer(wanted)
         title = kind.replace("_", " ")
         show_step(f"measuring: {title}")
         measured = measure(reducer, kind, settings)
+        figures = key_figures(measured)
         picture = write_measurement(measured, reducer, wanted.name, file, protection)
-    figures = key_figures(measured)
     written = {"name": wanted.name, "kind": kind, "file": str(file), "picture": str(picture)}
     if not printed_as_json({"schema": 1, **written, "figures": figures}, json, protection):
         print_tables([key_figure_table(f"{wanted.name}: {title}", figures)])

@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from cycloid_profile.cli.output._options import (
+    AllowLarge,
     Force,
     Json,
     OutFolder,
@@ -45,6 +46,7 @@ def tolerance(
     json: Json = None,
     pdf: Pdf = False,
     force: Force = False,
+    allow_large: AllowLarge = False,
     plugin: Plugins = (),
     quiet: Quiet = False,
 ) -> int:
@@ -76,7 +78,7 @@ def tolerance(
     wanted = with_tolerance_values(read_with_plugins(spec, plugin), changed)
     folder = output_folder(out, spec, "tolerance")
     workers: Workers = Threads(threads) if scheduler is None else Cluster(scheduler)
-    with progress(quiet) as show_step:
+    with progress(quiet, allow_large) as show_step:
         record = tolerance_record(wanted, folder / "samples", workers, allocate, show_step)
         report = write_tolerance(record, folder, show_step, protection, pdf)
     if printed_as_json(to_json(record) | {"report": str(report)}, json, protection):

@@ -13,6 +13,7 @@ from cycloid_profile.errors import LoadError
 
 Result = TypeVar("Result")
 BLOCK = 256  # poses; the arrays of one block and its temporaries fit a second-level cache
+_MATRICES = 2.56e8  # bytes of the compliances of a block: up to 170 pins on two discs leave it whole
 
 
 def over_blocks(solve: Callable[[slice], Result], poses: int, size: int = BLOCK) -> Iterator[Result]:
@@ -24,6 +25,11 @@ def over_blocks(solve: Callable[[slice], Result], poses: int, size: int = BLOCK)
     """
     count = max(-(-poses // size), 1)
     return (solve(slice(poses * i // count, poses * (i + 1) // count)) for i in range(count))
+
+
+def poses_per_block(forces: int, size: int = BLOCK) -> int:
+    """Poses of a block whose compliances, ``forces`` by ``forces`` each, fit the memory set aside for them."""
+    return max(1, min(size, int(_MATRICES / (8.0 * max(forces, 1) ** 2))))
 
 
 def poses_and_torques(crank_angle: ArrayLike, torque: ArrayLike) -> tuple[FloatArray, FloatArray]:

@@ -13,9 +13,10 @@ import msgspec
 import numpy as np
 
 from cycloid_profile._display import Described, figure_text, finite, frame
-from cycloid_profile.design.from_spec import as_built_reducer
+from cycloid_profile.design.from_spec import as_built_reducer, drive_of
 from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.errors import SpecError
+from cycloid_profile.resources import Need
 from cycloid_profile.spec import format_spec, parse_spec
 from cycloid_profile.spec.model import Spec
 from cycloid_profile.tolerance.allocation import Allocation, SampleSizes, allocate
@@ -59,6 +60,9 @@ _COMPARED_BACKLASH, _COMPARED_LOADED = 16_384, 512
 _ALLOCATED_LOADED = (1024, 4096)
 # Reducers of the contributions, for backlash and under load; each tolerance costs two more runs.
 _RANKED = (4096, 512)
+# s of one core for the backlash of one reducer and for its loads, a pin each; bytes of its row on disk and of its file.
+_BACKLASH_TIME, _LOADED_TIME = 5e-6, 2.3e-4
+_BACKLASH_BYTES, _LOADED_BYTES = 16.0, 48.0
 
 
 @dataclass(frozen=True)
@@ -215,12 +219,16 @@ def tolerance_record(
         If no tolerances within their bounds reach the yield.
     ToleranceError
         If the folder cannot be written to, or the workers cannot compute.
+    ResourceError
+        If the samples need more time or disk than allowed.
     """
     if 0 < spec.tolerance.loaded_samples < _LEAST_LOADED:
         limit = f"reducers have no statistics, which need {_LEAST_LOADED}"
         raise SpecError("tolerance.loaded_samples", spec.tolerance.loaded_samples, limit, "give 0, or more of them")
     if allocated and not spec_limits(spec):
         raise SpecError("tolerance.limits", "none", "leave nothing to reach", "give at least one limit", " ")
+    for need in study_needs(spec):
+        need.require()
     progress("building the reducer")
     reducer = as_built_reducer(spec)
     tolerances, limits, t = spec_tolerances(spec, reducer), spec_limits(spec), spec.tolerance
@@ -245,6 +253,20 @@ def tolerance_record(
         advice=tightening_advice([store.study for store in stores], limits, progress, (t.sobol_samples, t.sobol_width)),
         allocation=_allocated(spec, many, limits, progress) if allocated else None,
     )
+
+
+def study_needs(spec: Spec) -> tuple[Need, ...]:
+    """What the reducers of a study need: for the backlash, under load, and for the Sobol indices."""
+    t, pins = spec.tolerance, drive_of(spec).trochoid.pins
+    fewer = "take fewer"
+    sobol = t.sobol_samples * (len(t.effects) + 2) // 4
+    return (
+        Need("tolerance.samples", f"{t.samples:,}", fewer, disk=_BACKLASH_BYTES * t.samples,
+             time=_BACKLASH_TIME * pins * t.samples),
+        Need("tolerance.loaded_samples", f"{t.loaded_samples:,}", fewer, disk=_LOADED_BYTES * t.loaded_samples,
+             time=_LOADED_TIME * pins * t.loaded_samples),
+        Need("tolerance.sobol_samples", f"{t.sobol_samples:,}", fewer, time=_LOADED_TIME * pins * sobol),
+    )  # fmt: skip
 
 
 def tightening_advice(

@@ -13,7 +13,7 @@ from cycloid_profile.contact.bodies import PartDeviations, softened_support
 from cycloid_profile.effects.series import SeriesTwist, transmitted_torque
 from cycloid_profile.geometry import Cranks, Drive, ToothProfile
 from cycloid_profile.spec.model import Quality
-from cycloid_profile.units import ARCMIN, NEWTON_METRE
+from cycloid_profile.units import ARCMIN, NEWTON_METRE, UM
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -76,6 +76,15 @@ class AsBuiltReducer(Described):
             crank_lead=self.crank_lead if cranks else None,
             sun_shift=self.sun_shift,
         )
+
+    @property
+    def smaller_effects(self) -> str:
+        """Remedy of a reducer without equilibrium: which deviation to make smaller first."""
+        parts = ("pin_shift", "pin_oversize", "eccentric_shift", "bore_shift")
+        sizes = {name: float(np.max(np.abs(getattr(self, name)), initial=0.0)) for name in parts}
+        largest = max(sizes, key=lambda name: sizes[name])
+        first = f", first the {largest.replace('_', ' ')} of {sizes[largest] / UM:.4g} µm" if sizes[largest] else ""
+        return f"make the effects smaller{first}"
 
     def angle_error(self, output_angle: FloatArray | float) -> FloatArray:
         """Error of the output angle by encoder and input, the same at every load [rad]."""

@@ -22,6 +22,10 @@ from cycloid_profile.measurement.foreign import (
     remember,
     remembered,
 )
+from cycloid_profile.resources import Need, is_large_allowed
+
+_MEMORY_PER_BYTE = 25.0  # of a file of numbers as text, with its rows and pictures
+_LARGEST_STREAM = 160_000_000  # bytes read from a pipe, which does not say how many come
 
 
 def read_measurement(path: Path, columns: Sequence[str] = (), spec_columns: Sequence[str] = ()) -> Measurement:
@@ -31,7 +35,7 @@ def read_measurement(path: Path, columns: Sequence[str] = (), spec_columns: Sequ
     that ``.mapping.toml`` next to the file holds for its header, else one of ``spec_columns``, else the header itself.
 
     Raises ``MeasurementError`` if the file cannot be read, its kind is unknown, or a row is not made of finite
-    numbers; all faults of the file are in one sentence.
+    numbers; all faults of the file are in one sentence. Raises ``ResourceError`` if the file is larger than allowed.
     """
     given = [parse_columns(text) for text in columns]
     source = _source(path, given)
@@ -86,7 +90,7 @@ def remember_columns(paths: Sequence[Path], columns: Sequence[str]) -> list[Path
 def _source(path: Path, given: Sequence[ColumnMapping]) -> Measurement | SourceTable:
     """The measurement of a file in our format, else the table of a foreign one."""
     try:
-        data = path.read_bytes()
+        data = _bytes(path)
         text = _text(data)
         if text is not None and is_own_format(text):
             return parse_measurement(text, path.name)
@@ -96,6 +100,24 @@ def _source(path: Path, given: Sequence[ColumnMapping]) -> Measurement | SourceT
         reason = getattr(error, "strerror", None) or "is no text file"
         limit = f"cannot be read ({reason})"
         raise MeasurementError("measured file", f"'{path}'", limit, "give a CSV file", " ") from None
+
+
+def _bytes(path: Path) -> bytes:
+    """The content of a file, or of a pipe up to a limit; raises ``ResourceError`` if it is larger than allowed."""
+    if path.is_char_device() or path.is_block_device():
+        raise MeasurementError("measured file", f"'{path}'", "is a device", "give a CSV file", " ")
+    if path.is_file():
+        _need(path, path.stat().st_size).require()
+        return path.read_bytes()
+    with path.open("rb") as stream:
+        data = stream.read(-1 if is_large_allowed() else _LARGEST_STREAM + 1)
+    _need(path, len(data)).require()
+    return data
+
+
+def _need(path: Path, size: int) -> Need:
+    what, value = "measured file", f"'{path}' of {size / 1e6:,.0f} MB"
+    return Need(what, value, "thin it out", memory=_MEMORY_PER_BYTE * size, joint=" ")
 
 
 def _text(data: bytes) -> str | None:

@@ -166,7 +166,7 @@ def evaluate_loop(torque: FloatArray, angle: FloatArray, rated: float | None = N
     """Figures of a loop from any start, in either sense, means of all its whole sweeps; shape (rows,) both.
 
     ``rated`` torque that the shares refer to, the largest of the loop unless given [N·mm]. Raises ``MeasurementError``
-    if the torque does not run from its largest to its smallest and back.
+    if the torque does not run from its largest to its smallest and back, or the angle does not move with it.
     """
     falling, rising = loop_branches(torque, angle)
     reference = float(np.max(torque)) if rated is None else abs(rated)
@@ -176,6 +176,9 @@ def evaluate_loop(torque: FloatArray, angle: FloatArray, rated: float | None = N
     centre = 0.5 * (down + up)
     rigidity = np.array([[_slope(rising, 1.0, low, high, reference), _slope(falling, -1.0, low, high, reference)]
                          for low, high in RIGIDITY_SHARES])  # fmt: skip
+    if np.any(np.isinf(rigidity[-1])):
+        limit = "does not change between half and full torque"
+        raise MeasurementError("angle of the loop", "", limit, "take less friction or more torque", "")
     of_full = rigidity[-1][np.isfinite(rigidity[-1])]
     half, full = 0.5 * reference, min(reference, rising.ends[1])
     read = rising.at(np.array([half, full])).tolist()
@@ -245,13 +248,16 @@ def _increasing(torque: FloatArray, angle: FloatArray) -> tuple[FloatArray, Floa
 
 
 def _slope(branch: Branch, sign: float, low: float, high: float, reference: float) -> float:
-    """Slope of a branch from ``low`` to ``high`` shares of ``reference``, NaN if it ends before [N·mm/rad]."""
+    """Slope of a branch from ``low`` to ``high`` shares of ``reference`` [N·mm/rad].
+
+    NaN if it ends before, infinite where friction holds the angle.
+    """
     reach = max(sign * end for end in branch.ends)
     if reach < (high - _SHORT_OF_END) * reference:
         return math.nan
     ends = sign * np.array([low * reference, min(high * reference, reach)])
-    angle = branch.at(ends)
-    return float(np.diff(ends)[0] / np.diff(angle)[0])
+    turned = float(np.diff(branch.at(ends))[0])
+    return float(np.diff(ends)[0]) / turned if turned else math.inf
 
 
 def _area(falling: Branch, rising: Branch) -> float:

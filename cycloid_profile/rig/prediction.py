@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 
 from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
-from cycloid_profile.contact import LoadSharing, StagePositions, joined
+from cycloid_profile.contact import LoadCase, LoadSharing, StagePositions, joined
 from cycloid_profile.contact.stage import StageEquilibrium
 from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.errors import MeasurementError, SolveError
 from cycloid_profile.measurement import Hysteresis, LostMotionMap, Measurement, MeasurementKind, TransmissionErrorCurve
+from cycloid_profile.resources import Need
 from cycloid_profile.rig._equivalent_poses import EquivalentPoses, equivalent_poses
 from cycloid_profile.rig.hysteresis import UNLOADED_SHARE
 from cycloid_profile.units import DEGREE, NEWTON_METRE
@@ -26,6 +27,7 @@ LEAST_COMPARED_SHARE = 0.03
 _QUICK_TOLERANCE = 1e-7
 # Poses of a changed reducer that are tried first: a change without equilibrium in most of them is given up.
 _PROBES = 16
+_CONTACT_BYTES, _CONTACT_TIME = 650.0, 3e-5  # memory and s of one core for one pin in one pose, measured with 40 pins
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,13 +124,21 @@ class _UnsolvedTerm:
         return Term(self.weight, sharing, equivalent, self.output_angle, self.through, self.twist, self.unloaded)
 
 
+def curve_need(what: str, rows: int, case: LoadCase, joint: str = " = ") -> Need:
+    """What a curve of so many ``rows`` needs: each is an equilibrium, which is kept."""
+    pins = case.drive.trochoid.pins
+    contacts = rows * pins
+    value = f"{rows:,} with {pins} pins"
+    return Need(what, value, "take fewer rows", _CONTACT_BYTES * contacts, time=_CONTACT_TIME * contacts, joint=joint)
+
+
 def predict_curve(reducer: AsBuiltReducer, measurement: Measurement, rows: IntArray | None = None) -> CurvePrediction:
     """Measured column of a loop, transmission error or lost motion map as predicted, without subtraction of the zero
     offset.
 
     At some ``rows`` or at all of them. Rows of a loop below ``LEAST_COMPARED_SHARE`` are NaN.
 
-    Raises ``MeasurementError`` if the torque of the file is zero.
+    Raises ``MeasurementError`` if the torque of the file is zero, ``ResourceError`` if it has too many rows.
     """
     (found,) = predict_curves(reducer, [(measurement, np.arange(measurement.rows) if rows is None else rows)])
     return found
@@ -144,6 +154,8 @@ def predict_curves(
     ``near``, the same rows predicted for a slightly different reducer, halves the time; the result equals that of a
     full search to a millionth of an arc second. Raises ``SolveError`` where most of these have no equilibrium.
     """
+    for measurement, rows in asked:
+        curve_need(f"{measurement.name or 'file'}: rows", rows.size, reducer.case).require()
     by_file = [_terms(measurement.kind, reducer, measurement, rows) for measurement, rows in asked]
     unsolved = [term for terms in by_file for term in terms]
     if not unsolved:

@@ -82,7 +82,7 @@ def _curve_residual(reducer: AsBuiltReducer, measurement: Measurement) -> Measur
     prediction = predict_curve(reducer, measurement)
     residual, predicted = measurement.value - prediction.value, prediction.on_last_flank
     if np.all(np.isnan(residual)):
-        raise SolveError(measurement.name, "without", "an equilibrium to compare with", "make the effects smaller", " ")
+        raise SolveError(measurement.name, "without", "an equilibrium to compare with", reducer.smaller_effects, " ")
     registration: dict[str, float] = {}
     if kind.zero_unknown:
         zero = float(np.nanmean(residual))

@@ -21,6 +21,7 @@ from cycloid_profile.measurement import (
     TransmissionErrorCurve,
     kind_named,
 )
+from cycloid_profile.resources import Need
 from cycloid_profile.rig.curves_over_turn import (
     MAP_POSES,
     TRANSMISSION_POSES,
@@ -29,12 +30,12 @@ from cycloid_profile.rig.curves_over_turn import (
     transmission_error,
 )
 from cycloid_profile.rig.hysteresis import LOST_MOTION_SHARE, POINTS, evaluate_loop, hysteresis_loop
+from cycloid_profile.rig.prediction import curve_need
 from cycloid_profile.units import ARCMIN, DEGREE, NEWTON_METRE
 
 # Fewest rows of a curve, and points of a scan on a lobe, four on each flank.
 _LEAST_POINTS, LEAST_POINTS_PER_LOBE = 4, 8
-# Largest number of rows, and of rows times pins of a curve, each of which is an equilibrium: 2 GB of memory.
-_MOST_POINTS, _MOST_CONTACTS = 1_000_000, 5_000_000
+_SCAN_ROW = 500.0  # bytes of memory, with its picture
 _SCAN_POINTS = 5000  # 128 a lobe of 39, as of a scanning probe
 
 
@@ -61,8 +62,6 @@ class Settings:
             raise MeasurementError("noise", self.noise, "is no finite number from 0 on", "give a standard deviation")
         if self.points is not None and self.points < _LEAST_POINTS:
             raise MeasurementError("points", self.points, f"are fewer than {_LEAST_POINTS}", "measure more points")
-        if self.points is not None and self.points > _MOST_POINTS:
-            raise MeasurementError("points", self.points, f"are more than {_MOST_POINTS:,}", "measure fewer points")
         if self.seed < 0:
             raise MeasurementError("seed", self.seed, "is negative", "give a whole number from 0 on")
 
@@ -74,19 +73,18 @@ class Settings:
 def simulate(reducer: AsBuiltReducer, kind: MeasurementKind | str, settings: Settings | None = None) -> Measurement:
     """The file that the rig would write; ``kind`` may be given by its name.
 
-    Raises ``MeasurementError`` if the kind is not known, and ``SolveError`` if the reducer finds no equilibrium
-    somewhere.
+    Raises ``MeasurementError`` if the kind is not known, ``ResourceError`` if the points need more memory or time than
+    allowed, and ``SolveError`` if the reducer finds no equilibrium somewhere.
     """
     wanted = Settings() if settings is None else settings
     kind = kind_named(kind) if isinstance(kind, str) else kind
-    most = _MOST_CONTACTS // reducer.case.drive.trochoid.pins
-    if kind.is_curve and wanted.points is not None and wanted.points > most:
-        limit = f"are more than {most:,}, the limit for {reducer.case.drive.trochoid.pins} pins"
-        raise MeasurementError("points", wanted.points, limit, "measure fewer points")
+    rows = wanted.points or 0
+    scan = Need("points", rows, "measure fewer points", memory=_SCAN_ROW * rows)
+    (curve_need("points", rows, reducer.case) if kind.is_curve else scan).require()
     columns, keys = _readings(kind, reducer, wanted)
     lost = np.count_nonzero(~np.isfinite(np.stack(columns)))
     if lost:
-        raise SolveError(f"{lost} rows of the {kind}", "without", "an equilibrium", "make the effects smaller", " ")
+        raise SolveError(f"{lost} rows of the {kind}", "without", "an equilibrium", reducer.smaller_effects, " ")
     noise = {kind.noise_key: _number(wanted.noise)} if wanted.noise else {}
     return Measurement(kind, dict(zip(kind.columns, columns, strict=True)), keys | noise)
 

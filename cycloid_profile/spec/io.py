@@ -17,6 +17,7 @@ from cycloid_profile.spec.model.checks._validation import alternatives_of, choic
 
 SCHEMA_FILE = "cycloid-profile.schema.json"
 _LARGEST = 20_000_000  # bytes of a spec file; one with a measured curve of 100 000 points has 5 million
+_DEEPEST = 100  # tables in tables; the deepest key of a spec lies five deep
 _BOUNDS = (("gt", ">"), ("ge", "≥"), ("lt", "<"), ("le", "≤"))
 
 
@@ -30,19 +31,13 @@ def read_spec(path: str | Path) -> Spec:
     """
     file = Path(path)
     try:
-        # A device may never end, and a pipe that nobody writes to never begins.
-        if file.exists() and not (file.is_file() or file.is_dir()):
-            raise SpecError("spec file", f"'{file}'", "is no plain file", "give a TOML text file", " ")
-        if file.stat().st_size > _LARGEST:
-            limit = f"is larger than {_LARGEST / 1e6:g} MB"
-            raise SpecError("spec file", f"'{file}'", limit, "give a TOML text file, see docs/spec.md", " ")
-        text = file.read_text(encoding="utf-8-sig")
+        text = plain_text(file)
     except FileNotFoundError:
         remedy = "check the path, or see 'cycloid-profile catalog' for drives"
         raise SpecError("spec file", f"'{file}'", "does not exist", remedy, " ") from None
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-        raise SpecError("spec file", f"'{file}'", f"cannot be read ({reason})", "give a TOML text file", " ") from None
+    except (OSError, ValueError) as error:
+        limit = _reason(error)
+        raise SpecError("spec file", f"'{file}'", limit, "give a TOML text file, see docs/spec.md", " ") from None
     spec = parse_spec(text, name=str(file))
     beside = {"load.disc_body_file": spec.load.disc_body_file, "export.machine": spec.export.machine}
     relative = {key: name for key, name in beside.items() if name is not None and not Path(name).is_absolute()}
@@ -52,15 +47,47 @@ def read_spec(path: str | Path) -> Spec:
 def parse_spec(text: str, name: str = "spec") -> Spec:
     """Parse the text of a spec file; ``name`` is used in messages. Raises ``SpecError`` as ``read_spec``."""
     try:
-        spec: Spec = validated(tomllib.loads(text), Spec)
-    except tomllib.TOMLDecodeError as error:
-        raise SpecError("spec file", f"'{name}'", f"is not valid TOML ({error})", "correct that line", " ") from None
-    except RecursionError:
-        raise SpecError("spec file", f"'{name}'", "nests tables too deeply", "see docs/spec.md", " ") from None
-    except ValueError:
-        limit = "holds a whole number of more than 4300 digits"
-        raise SpecError("spec file", f"'{name}'", limit, "correct that number", " ") from None
+        values = toml_values(text)
+    except ValueError as error:
+        raise SpecError("spec file", f"'{name}'", str(error), "correct that line, see docs/spec.md", " ") from None
+    spec: Spec = validated(values, Spec)
     return spec
+
+
+def plain_text(file: Path) -> str:
+    """Text of a plain UTF-8 file of limited size; raises ``OSError`` and ``ValueError`` with the reason."""
+    # A device may never end, and a pipe that nobody writes to never begins.
+    if file.exists() and not (file.is_file() or file.is_dir()):
+        raise ValueError("is no plain file")
+    if file.stat().st_size > _LARGEST:
+        raise ValueError(f"is larger than {_LARGEST / 1e6:g} MB")
+    return file.read_text(encoding="utf-8-sig")
+
+
+def toml_values(text: str) -> dict[str, Any]:
+    """Values of a TOML text; raises ``ValueError`` with the reason, a clause."""
+    try:
+        values = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ValueError(f"is not valid TOML ({error})") from None
+    except RecursionError:
+        raise ValueError("nests tables too deeply") from None
+    except ValueError:
+        raise ValueError("holds a whole number of more than 4300 digits") from None
+    inner: list[Any] = [values]
+    for _ in range(_DEEPEST):
+        inner = [one for each in inner for one in (each.values() if isinstance(each, dict) else each)]
+        inner = [one for one in inner if isinstance(one, dict | list)]
+    if inner:
+        raise ValueError("nests tables too deeply")
+    return values
+
+
+def _reason(error: OSError | ValueError) -> str:
+    """Why a file could not be read, as a clause."""
+    if isinstance(error, UnicodeDecodeError):
+        return "cannot be read (it is not UTF-8 text)"
+    return f"cannot be read ({error.strerror})" if isinstance(error, OSError) else str(error)
 
 
 def format_spec(spec: Spec, schema: str = SCHEMA_FILE) -> str:

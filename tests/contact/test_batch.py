@@ -157,7 +157,7 @@ def test_blocks_are_solved_only_when_asked_for():
 
 def small_blocks(monkeypatch, size):
     monkeypatch.setattr(equilibrium, "_POSES_PER_BLOCK", size)
-    monkeypatch.setattr(stage, "over_blocks", lambda solve, poses: over_blocks(solve, poses, size))
+    monkeypatch.setattr(stage, "over_blocks", lambda solve, poses, _: over_blocks(solve, poses, size))
 
 
 @pytest.mark.parametrize("solver", SOLVERS)

@@ -154,6 +154,48 @@ def options() -> Iterator[Case]:
         yield Case(f"tolerance {words[0][:30]}", (*plain, *words), says, spec=spec)
 
 
+def large() -> Iterator[Case]:
+    """Inputs that need more than the limits: what, how much, the limit and the remedy in one sentence."""
+    simulate = ("simulate", "spec.toml", "--kind")
+    needs = r"needs about [\d,.]+ (GB of (memory|disk)|h of one core).* \(limit [\d,.]+ .*--allow-large"
+    circle = ("pin_circle_radius_mm = 64.0", "pin_circle_radius_mm = 1600.0")
+    many_pins = changed("pins = 40", "pins = 1000").replace(*circle)
+    rigid = many_pins.replace("[load]", '[load]\ndisc_body = "rigid"', 1)
+    for command, *words in (
+        ("build",),
+        ("accuracy",),
+        ("export", "--format=csv"),
+        ("compare", "d.csv"),
+        ("diagnose", "d.csv"),
+        ("inspect", "d.csv"),
+        (*simulate[:1], "--kind=hysteresis"),
+    ):
+        files = {"d.csv": SCAN} if "d.csv" in words else {}
+        yield Case(f"{command} of 1000 thin pins", (command, "spec.toml", *words), f"drive.pins = 1000 .*{needs}",
+                   spec=many_pins, files=files)  # fmt: skip
+    for kind in ("hysteresis", "transmission_error", "lost_motion_map"):
+        words = (*simulate, kind, "--points=20000")
+        yield Case(f"{kind} of 1000 pins", words, f"points = 20,000 with 1000 pins {needs}", spec=rigid)
+    rows = HEAD + "# kind: transmission_error\n# torque_nm: 400\noutput_angle_deg,error_arcsec\n"
+    rows += "".join(f"{0.01 * i:.2f},1.0\n" for i in range(20_000))
+    yield Case("compare a curve with 1000 pins", ("compare", "spec.toml", "c.csv"), rf"c\.csv: rows = 20,000.*{needs}",
+               spec=rigid, files={"c.csv": rows})  # fmt: skip
+    spec = SPEC + TOLERANCES + "amount_um = { plus_minus = 1.0 }\n"
+    for option, value in (("--samples", 1_000_000_000), ("--loaded-samples", 100_000_000)):
+        words = ("tolerance", "spec.toml", f"{option}={value}")
+        says = rf"tolerance\.{option[2:].replace('-', '_')} = {value:,} {needs}"
+        yield Case(f"tolerance {option}={value}", words, says, spec=spec)
+    loop = (*simulate, "hysteresis", "--points=30")
+    for name, size, says, status in (
+        ("pin_ring_runout", "amplitude_um = 5000", "first the pin shift of 5000 µm", 1),
+        ("single_pin_error", "amount_um = 5000\npin = 3", "first the pin oversize of 5000 µm", 1),
+        ("coulomb_friction", "torque_nm = 10000", "angle of the loop does not change", 2),
+    ):
+        yield Case(f"loop of large {name}", loop, says, status, f'{SPEC}\n[[effects]]\nname = "{name}"\n{size}\n')
+    for command in ("compare", "diagnose", "correct", "inspect"):
+        yield Case(f"{command} a device", (command, "spec.toml", "/dev/zero"), "is a device")
+
+
 def overwriting() -> Iterator[Case]:
     """Outputs that would replace an input, or a file of others: refused, and every byte stays."""
     mine = {"mine.csv": PRECIOUS, "mine.png": "a photo", "mine.toml": "mine = 1\n", "mine.json": "{}"}
@@ -200,7 +242,7 @@ def catalogue() -> Iterator[Case]:
 
 CASES = tuple(
     case
-    for table in (spec_numbers, spec_texts, places, options, overwriting, catalogue)
+    for table in (spec_numbers, spec_texts, places, options, large, overwriting, catalogue)
     for case in table()
 )  # fmt: skip
 

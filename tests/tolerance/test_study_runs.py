@@ -12,6 +12,7 @@ import pytest
 
 from cycloid_profile.effects import effect_from_table as effect
 from cycloid_profile.errors import ToleranceError
+from cycloid_profile.tolerance.model import QuantityModel
 from cycloid_profile.tolerance.study import Draws, ParallelQuantities, Sobol, Store, Study, Threads, run
 from cycloid_profile.tolerance.study.store import open_store
 
@@ -273,3 +274,13 @@ def test_half_the_width_is_half_the_scatter_of_the_same_reducers(study):
     half = study.with_tolerances(study.tolerances.scaled([0.5, 0.5]))
     np.testing.assert_allclose(half.coordinates(1), 0.5 * study.coordinates(1))
     assert half.fingerprint != study.fingerprint
+
+
+@pytest.mark.parametrize("wanted", [("backlash_arcmin",), ("lost_motion_arcmin", "transmission_error_arcsec")])
+@pytest.mark.parametrize("parts", [2, 3, 7])
+def test_cuts_between_reducers_make_no_difference(study, wanted, parts):
+    # The number of cores decides where the ranking of tolerances cuts.
+    model = QuantityModel(study.reducer, study.changes, wanted)
+    x = study.coordinates(0)[:29]
+    cut = np.concatenate([model.of(some) for some in np.array_split(x, parts)])
+    np.testing.assert_array_equal(cut, model.of(x))

@@ -28,6 +28,7 @@ Json = Annotated[
 ]
 Quiet = Annotated[bool, Parameter(name=("--quiet", "-q"), help="Print no progress and no hints.")]
 Force = Annotated[bool, Parameter(help="Replace inputs, and files that this program did not make.")]
+AllowLarge = Annotated[bool, Parameter(help="Do what needs more memory, disk or time than the limits.")]
 
 Pdf = Annotated[bool, Parameter(help="Write the report as PDF, too; needs the extra cycloid_profile[pdf].")]
 

@@ -12,6 +12,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from cycloid_profile.resources import resource_limits
+
 if TYPE_CHECKING:
     from cycloid_profile.articles import PlainTable
     from cycloid_profile.cli.output._progress import Steps
@@ -23,11 +25,17 @@ INPUTS = (".toml", ".csv")  # ends of files that are read
 
 
 @contextmanager
-def progress(quiet: bool = False) -> Iterator[Callable[[str], None]]:
+def progress(quiet: bool = False, allow_large: bool = False) -> Iterator[Callable[[str], None]]:
     """A line on stderr with the current step and the time to go; plain lines where stderr is no terminal.
 
-    Nothing is shown if ``quiet``.
+    Nothing is shown if ``quiet``. What needs much is stated, and refused above the limits unless ``allow_large``.
     """
+    with _shown_steps(quiet) as show, resource_limits(allow_large, (lambda _: None) if quiet else warn):
+        yield show
+
+
+@contextmanager
+def _shown_steps(quiet: bool) -> Iterator[Callable[[str], None]]:
     if quiet:
         yield lambda _: None
         return

@@ -60,14 +60,14 @@ def condensed(
     frame = np.concatenate([np.mean([mean[i] for i in bearings], axis=0), turn[:, np.newaxis]], axis=1)
     own_forces = [_inwards(basis, normal), *(csc_array(mean[i]) for i in bearings)]
     forces = hstack([*own_forces, csc_array(frame)]).tocsc()
-    moved = _solved(stiffness, _three_fixed(basis), forces)
     # Each force with its reactions at bearings and carriers; equally, displacements in the frame of these.
     read = _below(basis, flank - depth * normal, normal)
     reaction, of_read = (-np.linalg.solve(rigid.T @ frame, (one.T @ rigid).T) for one in (hstack(own_forces), read))
-    raw, count = np.asarray(forces.T @ moved), reaction.shape[1]
+    raw, straight = _displacements(stiffness, _three_fixed(basis), forces, (forces, read))
+    count = reaction.shape[1]
     rows = raw[:count] + reaction.T @ raw[count:]
     compliance = rows[:, :count] + rows[:, count:] @ reaction
-    below = np.asarray(read.T @ moved) + of_read.T @ raw[count:]
+    below = straight + of_read.T @ raw[count:]
     own = np.diag(below[:, : len(flank)]) + np.einsum("ij,ji->i", below[:, count:], reaction[:, : len(flank)])
     return compliance, own
 
@@ -152,16 +152,26 @@ def _three_fixed(basis: Any) -> IntArray:
     return np.array([*basis.nodal_dofs[:, right], basis.nodal_dofs[1, left]])
 
 
-def _solved(stiffness: Any, fixed: IntArray, forces: Any) -> FloatArray:
-    """Displacements under ``forces``, sparse of shape (unknowns, forces), with three unknowns ``fixed``."""
+def _displacements(stiffness: Any, fixed: IntArray, forces: Any, reads: Sequence[Any]) -> list[FloatArray]:
+    """Each of ``reads`` of the displacements under ``forces``, shape (reads, forces), with three unknowns ``fixed``.
+
+    All are sparse, shape (unknowns, forces or reads). The displacements of all unknowns are never held at once.
+    """
     free = np.setdiff1d(np.arange(stiffness.shape[0]), fixed)
-    found = np.zeros(forces.shape)
+    found = [np.empty((one.shape[1], forces.shape[1])) for one in reads]
+    transposed = [one.T.tocsr() for one in reads]
     # Its short dense products lose a factor of ten to threads that wait for each other on a busy machine.
     with threadpool_limits(1, "blas"):
         # A symmetric positive matrix: its own order of unknowns without exchange of rows halves the time.
         factors = splu(
             stiffness[free][:, free], permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
         )
+        loads = forces[free]
         for at in range(0, forces.shape[1], _ABREAST):
-            found[free, at : at + _ABREAST] = factors.solve(forces[free][:, at : at + _ABREAST].toarray())
+            cut = slice(at, at + _ABREAST)
+            some = loads[:, cut].toarray()
+            moved = np.zeros((stiffness.shape[0], some.shape[1]))
+            moved[free] = factors.solve(some)
+            for values, one in zip(found, transposed, strict=True):
+                values[:, cut] = one @ moved
     return found

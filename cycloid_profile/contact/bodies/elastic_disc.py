@@ -14,15 +14,15 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 
 from cycloid_profile._display import Described
 from cycloid_profile.arrays import ComplexArray, FloatArray
 from cycloid_profile.contact.mesh import Meshing
-from cycloid_profile.errors import GeometryError, LoadError
+from cycloid_profile.errors import GeometryError, LoadError, ResourceError
 from cycloid_profile.geometry import Contour, DiscOutline
+from cycloid_profile.resources import Need, unpacked_need
 
 _FORMAT = "cycloid-profile disc compliance 1"
 # Points on a lobe: cubic interpolation between 12 errs by 0.2 %; the pin radius must span some triangles.
@@ -33,6 +33,8 @@ _DEEPEST = 0.8  # of the wall below a flank, where its own recession is read
 _CHORD = 1e-2  # mm, of openings that are not round
 _SAME = 1e-4  # of the area of the openings, which differ by their chords when turned
 _FINE_CHORD = 1e-4  # mm
+_PAIR_BYTES, _PAIR_TIME = 64.0, 7e-6  # memory and s of one core for two flank points, measured with 550 to 3000
+_COPIES = 4.0  # of a matrix while it is read and checked
 _DIGITS = 9  # of the sizes that name a disc in the cache
 
 
@@ -98,7 +100,12 @@ def read_disc_compliance(path: Path, lobes: int, bearings: int) -> DiscComplianc
     def refused(limit: str, remedy: str) -> LoadError:
         return LoadError("disc_body_file", f"{path}", limit, remedy, " ")
 
+    if path.exists() and not path.is_file():
+        raise refused("is no plain file", "give an .npz file")
     try:
+        with path.open("rb") as packed:
+            need = unpacked_need(packed, "disc_body_file", f"{path}", _COPIES)
+        need.require()
         with np.load(path, allow_pickle=False) as file:
             entries: dict[str, Any] = {name: file[name] for name in file.files}
         found = DiscCompliance(
@@ -109,8 +116,11 @@ def read_disc_compliance(path: Path, lobes: int, bearings: int) -> DiscComplianc
             own=np.array(entries["own"], dtype=np.float64),
             sectors=int(entries.get("sectors", 1)),
         )
-    except (OSError, ValueError, KeyError, TypeError, BadZipFile) as error:
-        raise refused(f"cannot be read ({error})", "see docs/elastic-disc.md for its entries") from None
+    except ResourceError:
+        raise
+    except Exception as error:  # a damaged archive raises whatever its parts raise
+        reason = f"{error}".split("\n")[0] or type(error).__name__
+        raise refused(f"cannot be read ({reason})", "see docs/elastic-disc.md for its entries") from None
     if "sha256" in entries and str(entries["sha256"]) != found._checksum():
         raise refused("has a checksum that does not fit its numbers", "write the file again")
     points = found.lobes * found.per_lobe
@@ -152,6 +162,8 @@ def disc_compliance(
     ------
     GeometryError
         If the openings cut into each other or the teeth, or the disc has nothing to be held by.
+    ResourceError
+        If the teeth need more memory or time than allowed.
     """
     unit = _of_unit_disc(_Sizes(outline, openings_turned, depth, refinement), poisson_ratio)
     return unit.scaled(1.0 / (youngs_modulus * width))
@@ -207,6 +219,16 @@ class _Sizes:
         fine = tooth.at(np.linspace(0.0, 2.0 * math.pi, 200)).position
         length = float(np.sum(np.abs(np.diff(fine))))
         return math.ceil(self.refinement * max(_PER_LOBE, _PER_PIN_RADIUS * length / tooth.pin_radius))
+
+    @property
+    def need(self) -> Need:
+        """What the condensation of the disc needs: every flank point is loaded, and read at all others."""
+        trochoid, points = self.outline.profile.trochoid, self.per_lobe * self.outline.profile.trochoid.lobes
+        return Need(
+            "drive.pins", f"{trochoid.pins} of {self.outline.profile.pin_radius:g} mm radius",
+            'take load.disc_body = "rigid", thicker pins or fewer',
+            memory=_PAIR_BYTES * points**2, time=_PAIR_TIME * points**2,
+        )  # fmt: skip
 
     @property
     def named(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -273,6 +295,7 @@ def _remembered(key: str, sizes: _Sizes, poisson_ratio: float) -> DiscCompliance
     lobes, bearings = sizes.outline.profile.trochoid.lobes, len(sizes.named[0])
     with suppress(LoadError):
         return read_disc_compliance(path, lobes, bearings)
+    sizes.need.require()
     found = _computed(key, sizes, poisson_ratio)
     # A cache that cannot be written to costs time only.
     with suppress(OSError):

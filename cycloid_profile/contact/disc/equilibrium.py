@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cycloid_profile.arrays import ArrayLike, FloatArray
-from cycloid_profile.contact._blocks import over_blocks, poses_and_torques
+from cycloid_profile.contact._blocks import over_blocks, poses_and_torques, poses_per_block
 from cycloid_profile.contact.bodies import LinearBearing, stage_compliance
 from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.contact.laws import ContactLaw, LineContact, compiled_law
@@ -52,7 +52,9 @@ class Equilibrium:
     def blocks(self, case: LoadCase, crank_angle: ArrayLike, torque: ArrayLike | None = None) -> Iterator[LoadSharing]:
         """Results of ``at`` for consecutive blocks of poses, when all poses together exceed the memory."""
         phi, T = poses_and_torques(crank_angle, case.torque if torque is None else torque)
-        return over_blocks(lambda cut: self._block(case, phi[cut], T[cut]), phi.size, _POSES_PER_BLOCK)
+        forces = case.drive.trochoid.pins if case.disc_bodies else 0
+        size = poses_per_block(forces, _POSES_PER_BLOCK)
+        return over_blocks(lambda cut: self._block(case, phi[cut], T[cut]), phi.size, size)
 
     def _block(self, case: LoadCase, crank_angle: FloatArray, torque: FloatArray) -> LoadSharing:
         longest = case.drive.trochoid.longest_lever

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from cycloid_profile.arrays import ArrayLike
-from cycloid_profile.contact._blocks import over_blocks, poses_and_torques
+from cycloid_profile.contact._blocks import over_blocks, poses_and_torques, poses_per_block
 from cycloid_profile.contact.bodies import NO_DEVIATIONS, PartDeviations
 from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.contact.mesh import mesh, remembered_mesh
@@ -82,7 +82,8 @@ class StageEquilibrium:
             block = StageBlock(case, self.deviations, self.tolerance, meshing, T[cut])
             return block.solved(None if near is None else near.poses(cut), compiled)
 
-        return over_blocks(solved, phi.size)
+        forces = case.drive.discs * case.drive.trochoid.pins if case.elastic else 0
+        return over_blocks(solved, phi.size, poses_per_block(forces))
 
     def summaries(
         self,

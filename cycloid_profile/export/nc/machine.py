@@ -10,7 +10,7 @@ from typing import Any, get_args
 import msgspec
 
 from cycloid_profile.errors import CycloidError, ExportError
-from cycloid_profile.spec import validated
+from cycloid_profile.spec import plain_text, toml_values, validated
 from cycloid_profile.spec.model import BlocksSpec, Dialect, ExportSpec, MachineSpec
 
 MACHINES: tuple[str, ...] = get_args(Dialect)
@@ -46,8 +46,8 @@ def read_machine(path: str | Path) -> MachineSpec:
     """
     file = Path(path)
     try:
-        own = tomllib.loads(file.read_text(encoding="utf-8-sig"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        own = toml_values(plain_text(file))
+    except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
         raise ExportError(
             "export.machine", f"'{file}'", f"cannot be read ({reason})", "give the path of a machine file"

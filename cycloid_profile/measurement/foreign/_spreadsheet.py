@@ -9,7 +9,9 @@ from typing import Any
 
 from cycloid_profile.errors import MeasurementError
 from cycloid_profile.measurement.foreign.table import SourceTable, read_table
+from cycloid_profile.resources import unpacked_need
 
+_MEMORY_PER_BYTE = 25.0  # of an unpacked sheet
 _ZIP, _OLE = b"PK\x03\x04", b"\xd0\xcf\x11\xe0"
 
 
@@ -25,6 +27,7 @@ class SpreadsheetReader:
 
     def read(self, data: bytes, name: str) -> SourceTable:
         """See ``MeasurementReader.read``."""
+        unpacked_need(io.BytesIO(data), name, "is a workbook", _MEMORY_PER_BYTE).require()
         if b"xl/workbook" not in data:
             remedy = "save it as .xlsx or .csv"
             raise MeasurementError(name, "the file", "is no .xlsx workbook", remedy, ": ")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import re
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,6 +12,7 @@ from cycloid_profile.errors import MeasurementError, did_you_mean
 from cycloid_profile.measurement._strict import finite_number
 from cycloid_profile.measurement.foreign._vocabulary import DIMENSIONS, UNITS, interpret, unit_size
 from cycloid_profile.measurement.kinds import kind_named
+from cycloid_profile.spec import plain_text, toml_values
 
 MAPPING_FILE = ".mapping.toml"
 _OPTION = "--columns"
@@ -172,13 +172,11 @@ def remember(folder: Path, header: Sequence[str], mapping: ColumnMapping) -> Pat
 def _entries(file: Path) -> list[dict[str, object]] | None:
     """Mappings of a file; none where there is no file, None where it is not ours."""
     try:
-        text = file.read_text(encoding="utf-8")
+        text = plain_text(file)
+        entries = toml_values(text).get("mapping")
     except FileNotFoundError:
         return []
-    except (OSError, UnicodeDecodeError):
+    except (OSError, ValueError):
         return None
-    try:
-        entries = tomllib.loads(text).get("mapping")
-    except tomllib.TOMLDecodeError:
-        return None
-    return entries if text.startswith(_HEAD) and isinstance(entries, list) else None
+    tables = isinstance(entries, list) and all(isinstance(entry, dict) for entry in entries)
+    return entries if text.startswith(_HEAD) and tables else None

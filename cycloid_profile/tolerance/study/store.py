@@ -121,7 +121,7 @@ def open_store(folder: Path, study: Study) -> Store:
 
 def _read_header(path: Path) -> object:
     try:
-        return json.loads(path.read_text(encoding="utf-8"))
+        return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else None
     except (OSError, ValueError, RecursionError):
         return None
 
