@@ -21,27 +21,9 @@ from cycloid_profile.errors import MeasurementError
 from cycloid_profile.export.inspection import CheckResult, inspect_scan
 from cycloid_profile.measurement import PROFILE_SCAN, Measurement
 from cycloid_profile.spec import parse_spec
+from tests.spec_texts import RV40E, UNCOMPENSATED
 
-SPEC = """
-name = "RV-40E"
-[drive]
-pins = 40
-pin_circle_radius_mm = 64.0
-pin_radius_mm = 3.0
-eccentricity_mm = 1.3
-disc_width_mm = 11.5
-discs = 2
-[drive.cranks]
-count = 3
-circle_radius_mm = 36.0
-bearing_stiffness_n_per_mm = 4.0e5
-[load]
-rated_torque_nm = 412.0
-disc_body = "rigid"
-[modification]
-equidistant_um = 6.0
-deformation_compensation = false
-"""
+SPEC = RV40E + UNCOMPENSATED
 SIZE, NOISE = 1.0e-3, 0.3e-3  # mm
 
 
