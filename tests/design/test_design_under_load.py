@@ -125,9 +125,9 @@ def test_given_limits_of_stress_fail_unless_the_torque_is_assumed():
 
 def test_rollers_are_estimated_from_the_crank_hole_and_said_to_be():
     record = designed(modification="[disc]\ncrank_hole_radius_mm = 13.0")
-    held = record.strength.crank_rollers
-    assert held.assumed == ("count", "diameter", "length")
-    rollers = held.rollers
+    rolling = record.strength.crank_rollers
+    assert rolling.assumed == ("count", "diameter", "length")
+    rollers = rolling.rollers
     assert rollers.inner_raceway_radius + rollers.diameter == pytest.approx(13.0)
     assert (rollers.diameter, rollers.length) == pytest.approx((0.23 * 13.0, 0.75 * 11.5))
     assert record.strength.rating_estimated
@@ -308,12 +308,12 @@ def test_rollers_report_their_stiffness():
         designed(cranks=f"[drive.crank_bearing]\nroller_count = 14\n{more}\n[disc]\ncrank_hole_radius_mm = 13.0")
         for more in ("", "radial_clearance_um = 5.0")
     )
-    told, held = (summary(one)["under_load"] for one in (spring, rollers))
-    assert (told["crank_bearing_model"], held["crank_bearing_model"]) == ("spring", "rollers")
-    assert told["crank_bearing_stiffness_n_per_mm"] == 4e5
-    assert told["roller_passage_variation"] is None
-    assert held["crank_bearing_clearance_um"] == pytest.approx(5.0)
-    assert 4e5 < held["crank_bearing_stiffness_n_per_mm"] < 7e5
-    assert 0.0 < held["roller_passage_variation"] < 0.02
+    sprung, rolling = (summary(one)["under_load"] for one in (spring, rollers))
+    assert (sprung["crank_bearing_model"], rolling["crank_bearing_model"]) == ("spring", "rollers")
+    assert sprung["crank_bearing_stiffness_n_per_mm"] == 4e5
+    assert sprung["roller_passage_variation"] is None
+    assert rolling["crank_bearing_clearance_um"] == pytest.approx(5.0)
+    assert 4e5 < rolling["crank_bearing_stiffness_n_per_mm"] < 7e5
+    assert 0.0 < rolling["roller_passage_variation"] < 0.02
     lost = [one.conventional_accuracy.lost_motion for one in (spring, rollers)]
     assert lost[1] - lost[0] > 2.0 * 2.5 * UM / 36.0

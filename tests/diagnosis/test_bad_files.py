@@ -223,7 +223,7 @@ def _refused_by_the_command(
     spec, file = folder / "spec.toml", folder / "bad.csv"
     spec.write_text(spec_text(REDUCER), encoding="utf-8")
     file.write_text(text, encoding="utf-8")
-    json = [] if command == "compare" else ["--json", str(folder / "told.json")]
+    json = [] if command == "compare" else ["--json", str(folder / "result.json")]
     assert run([command, str(spec), str(file), "--out", str(folder / "out"), *json]) == 2
     out, err = capsys.readouterr()
     assert out == ""
@@ -289,10 +289,10 @@ def test_note_on_few_gross_errors_gives_their_lobe() -> None:
     x[1000], y[1000] = x[1000] * grown, y[1000] * grown
     found = record(reducer(), replace(measured, columns={"x_mm": x, "y_mm": y}))
     (note,) = found.notes
-    told = re.search(r"on lobe (\d+): a pit narrower than the point spacing", note)
-    assert told is not None
+    named_lobe = re.search(r"on lobe (\d+): a pit narrower than the point spacing", note)
+    assert named_lobe is not None
     # Equal arcs from the root of lobe 1, clockwise; the file may be rotated by less than half a lobe.
-    assert abs(int(told[1]) - (1.0 + 39.0 * 1000 / x.size)) < 1.0
+    assert abs(int(named_lobe[1]) - (1.0 + 39.0 * 1000 / x.size)) < 1.0
 
 
 @pytest.mark.slow

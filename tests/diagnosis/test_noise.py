@@ -113,10 +113,10 @@ def test_means_and_thinned_rows(name):
     rho, partial = CLASSES[name]
     noise, x = Noise(1.0, rho, partial), draw(400_000, rho, partial, 3)
     means, fewer = x.reshape(-1, 8).mean(axis=1), x[::3]
-    for told, rows in ((noise.averaged(8), means), (noise.thinned(3), fewer)):
-        assert told.sigma == pytest.approx(np.std(rows), rel=0.01)
+    for fewer_rows, rows in ((noise.averaged(8), means), (noise.thinned(3), fewer)):
+        assert fewer_rows.sigma == pytest.approx(np.std(rows), rel=0.01)
         lags = [np.mean(rows[k:] * rows[: rows.size - k]) / np.var(rows) for k in (1, 2)]
-        assert np.allclose(told.correlation(3)[1:], lags, atol=0.015)
+        assert np.allclose(fewer_rows.correlation(3)[1:], lags, atol=0.015)
     assert noise.mean_sigma(8) == noise.averaged(8).sigma
 
 

@@ -85,7 +85,7 @@ def test_other_effects_do_not_change_the_index(effect):
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(run=False, reason="with a turn at hand the seam is found too late: two minutes, and no name")
+@pytest.mark.xfail(run=False, reason="with a turn given the seam is found too late: two minutes, and no name")
 def test_one_turn_with_a_scan_decides_on_waves_of_all_discs():
     """The scan fixes the lobe index, so the turn only decides which discs have the waves."""
     wave = Hidden("grinding_chatter", {"amplitude_um": 0.5, "waves_per_turn": 1043.9, "phase_deg": 278.0})

@@ -88,11 +88,11 @@ def test_command_passes_fails_and_refuses(tmp_path: Path, capsys: pytest.Capture
     spec.write_text(SPEC, encoding="utf-8")
     out = tmp_path / "out"
     assert run(["inspect", str(spec), str(file), "--out", str(out), "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["pass"] is True
-    assert {check["tolerance_from"] for check in told["checks"]} == {"IT4, ground"}
-    assert len(told["flanks"]) == 78
-    assert json.loads((out / "inspection.json").read_text(encoding="utf-8")) == told
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["pass"] is True
+    assert {check["tolerance_from"] for check in printed["checks"]} == {"IT4, ground"}
+    assert len(printed["flanks"]) == 78
+    assert json.loads((out / "inspection.json").read_text(encoding="utf-8")) == printed
     assert {path.name for path in out.iterdir()} == {
         f"inspection.{ending}" for ending in ("csv", "html", "json", "png", "svg")
     }

@@ -1,4 +1,4 @@
-"""The parts beside the discs: sizes that follow from each other, files that read back, and clearance when turned."""
+"""The parts except the discs: sizes that follow from each other, files that read back, and clearance when turned."""
 
 from __future__ import annotations
 
