@@ -333,11 +333,11 @@ def test_a_set_is_written_whole_or_not_at_all(
     changed: Callable[..., Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "out"
-    (out / "profile.dxf").mkdir(parents=True)
-    words = ["export", str(changed(COARSE)), "--format", "csv", "--format", "dxf", "--out", str(out)]
+    (out / "cmm_nominal.csv").mkdir(parents=True)
+    words = ["export", str(changed(COARSE)), "--format", "csv", "--format", "cmm", "--out", str(out)]
     assert run(words) == 2
-    assert f"'{out / 'profile.dxf'}' cannot be written (a folder has that name)" in capsys.readouterr().err
-    assert [path.name for path in out.iterdir()] == ["profile.dxf"]
+    assert f"'{out / 'cmm_nominal.csv'}' cannot be written (a folder has that name)" in capsys.readouterr().err
+    assert [path.name for path in out.iterdir()] == ["cmm_nominal.csv"]
 
 
 def test_a_promise_that_is_not_kept_is_no_success(

@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from tests.spec_texts import RIGID_EXAMPLE
+from tests.spec_texts import PLAIN, RIGID_EXAMPLE
 
 SPEC = RIGID_EXAMPLE
 TOLERANCES = '\n[tolerance]\nsamples = 100\nloaded_samples = 0\n[[tolerance.effects]]\nname = "pin_radius_error"\n'
@@ -160,7 +160,6 @@ def overwriting() -> Iterator[Case]:
     mine = {"mine.csv": PRECIOUS, "mine.png": "a photo", "mine.toml": "mine = 1\n", "mine.json": "{}"}
     input_ = "is an input of this command"
     foreign = "was not made by this program"
-    coarse = changed("chord_tolerance_um = 0.05", "chord_tolerance_um = 1.0")
     yield Case("simulate over its spec", ("simulate", "spec.toml", "--kind=profile_scan", "--out=spec.toml"), input_)
     yield Case(
         "simulate over its spec by another way",
@@ -181,16 +180,16 @@ def overwriting() -> Iterator[Case]:
     yield Case("catalog over a schema", words, foreign, files={"cycloid-profile.schema.json": "{}"})
     for name in ("profile.csv", "manifest.json"):
         words = ("export", "spec.toml", "--format=csv", "--out=out")
-        yield Case(f"export over {name}", words, foreign, spec=coarse, files={f"out/{name}": PRECIOUS})
+        yield Case(f"export over {name}", words, foreign, spec=PLAIN, files={f"out/{name}": PRECIOUS})
     words = ("export", "spec.toml", "--format=csv", "--out=mine.csv")
     deeper = (*words[:-1], "--out=mine.csv/deeper")
-    yield Case("export into a file", words, "it is a file", spec=coarse, files=mine)
-    yield Case("export below a file", deeper, "cannot be written", spec=coarse, files=mine)
+    yield Case("export into a file", words, "it is a file", spec=PLAIN, files=mine)
+    yield Case("export below a file", deeper, "cannot be written", spec=PLAIN, files=mine)
     for path in ("../{here}-victim.txt", "/nowhere/victim.txt", "out/../../victim.txt", "..", ""):
         entry = f'{{"path": "{path}", "format": "x", "bytes": 1, "sha256": "{"0" * 64}", "spec_sha256": "0"}}'
         text = f'{{"schema": 1, "name": "x", "files": [{entry}], "skipped": []}}'
         words = ("export", "spec.toml", "--format=csv", "--out=out")
-        yield Case(f"manifest naming '{path}'", words, foreign, spec=coarse, files={"out/manifest.json": text})
+        yield Case(f"manifest naming '{path}'", words, foreign, spec=PLAIN, files={"out/manifest.json": text})
 
 
 def catalogue() -> Iterator[Case]:
