@@ -113,7 +113,7 @@ def test_frames_of_the_published_simulation(example):
     assert published[1] < 0.98 - 0.14
 
 
-def test_load_winds_all_prototypes_up_alike(example):
+def test_load_winds_all_prototypes_up_equally(example):
     wound = [np.mean(B_j) - p.input_held for B_j, p in zip(example.braked, example.plausible, strict=True)]
     assert wound[1] == pytest.approx(wound[2], rel=5e-3)
     # "About 0" is published for the unmodified one at this load.

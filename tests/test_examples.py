@@ -226,7 +226,7 @@ def test_compared_load_sharing(teeth):
     conjugate, plain, zero = (
         compared[name].sharing for name in ("conjugate pair", "equidistant", "zero-backlash pair")
     )
-    # The smaller the gaps beside ψ0, the more pins share.
+    # The smaller the gaps next to ψ0, the more pins share.
     assert conjugate.loaded_pins > plain.loaded_pins > zero.loaded_pins
     assert conjugate.max_force < plain.max_force < zero.max_force
     assert conjugate.max_pressure < plain.max_pressure < zero.max_pressure

@@ -138,6 +138,45 @@ def code_of_pages() -> Iterator[tuple[str, str]]:
             yield str(page.relative_to(ROOT)), block
 
 
+# Words with many meanings, of which a reader has to guess one, and what says it plainly.
+VAGUE = {
+    "told": "reported, printed, given",
+    "tell": "show, report, distinguish",
+    "tells": "shows, reports, distinguishes",
+    "alike": "equal, identical",
+    "anew": "again",
+    "beside": "next to, given, compared with",
+    "laid": "placed, registered",
+    "at hand": "given, available",
+}
+WRITTEN = [
+    path
+    for folder in ("cycloid_profile", "docs", "examples", "tests")
+    for path in sorted((ROOT / folder).rglob("*"))
+    if path.suffix in {".md", ".py", ".pyi", ".toml"} and path.name not in {"renamed.md", "test_house.py"}
+]
+# A key of the JSON output, a note of a recording with its test, and names in the diagnosis.
+KNOWN = {
+    ("cycloid_profile/correction/json_output.py", "alike"),
+    ("cycloid_profile/report/diagnosis/tables.py", "alike"),
+    ("cycloid_profile/diagnosis/data/recording.py", "tell"),
+    ("tests/diagnosis/test_dense_scans.py", "tell"),
+    ("cycloid_profile/diagnosis/data/noise.py", "beside"),
+    ("cycloid_profile/diagnosis/model/exact_model.py", "anew"),
+    ("cycloid_profile/diagnosis/change/_joint_model.py", "anew"),
+}
+
+
+def test_words_have_one_meaning() -> None:
+    vague = re.compile(rf"\b(?:{'|'.join(VAGUE)})\b", re.IGNORECASE)
+    found = {
+        (str(path.relative_to(ROOT)), word.lower())
+        for path in (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *WRITTEN)
+        for word in vague.findall(path.read_text(encoding="utf-8").replace("_", " "))
+    }
+    assert {(file, word, VAGUE[word]) for file, word in found - KNOWN} == set()
+
+
 def test_readers_import_rooms_and_nothing_deeper() -> None:
     deep = re.compile(r"^\s*(?:>>> )?(?:from|import) (cycloid_profile\.\w+\.[\w.]+)", re.MULTILINE)
     found = {(name, match) for name, code in code_of_pages() for match in deep.findall(code)}

@@ -47,7 +47,7 @@ def application(commands: Sequence[str] = COMMANDS) -> App:
         help_format="plaintext",
         version_flags=["--version"],
         suppress_keyboard_interrupt=False,
-        # A switch that is off and an empty list tell nothing.
+        # The defaults of a switch and of an empty list need not be shown.
         default_parameter=Parameter(negative=(), show_default=False),
     )
     for command in commands:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
@@ -17,6 +17,9 @@ from cycloid_profile.cli.output._options import (
     read_with_plugins,
 )
 from cycloid_profile.cli.output._terminal import print_tables, printed_as_json, progress
+
+if TYPE_CHECKING:
+    from cycloid_profile.export.writing import Protection
 
 Kind = Literal["profile_scan", "hysteresis", "transmission_error", "lost_motion_map"]
 
@@ -53,18 +56,13 @@ def simulate(
         Spec file (TOML).
     """
     from cycloid_profile.design import as_built_reducer
-    from cycloid_profile.errors import ExportError
     from cycloid_profile.report import key_figure_table, write_measurement
     from cycloid_profile.rig import Settings, key_figures
     from cycloid_profile.rig import simulate as measure
     from cycloid_profile.units import DEGREE, NEWTON_METRE
 
-    file = Path(f"{spec.stem}_{kind}.csv") if out is None else out
-    if file.suffix == ".png":
-        raise ExportError("--out", f"'{file}'", "is the name of the picture", "end it with .csv", " ")
     protection = protection_of(force, spec, *plugin, json=json)
-    for target in (file, file.with_suffix(".png")):
-        protection.check(target)
+    file = _output_file(Path(f"{spec.stem}_{kind}.csv") if out is None else out, protection)
     settings = Settings(
         torque=None if torque_nm is None else torque_nm * NEWTON_METRE,
         output_angle=output_angle_deg * DEGREE,
@@ -87,3 +85,14 @@ def simulate(
         print_tables([key_figure_table(f"{wanted.name}: {title}", figures)])
         print(f"\nwritten: {file}, picture: {picture}")
     return 0
+
+
+def _output_file(file: Path, protection: Protection) -> Path:
+    """The file to write; raises ``ExportError`` unless it and its picture have two names that may be written."""
+    from cycloid_profile.errors import ExportError
+
+    if file.suffix == ".png":
+        raise ExportError("--out", f"'{file}'", "is the name of the picture", "end it with .csv", " ")
+    for target in (file, file.with_suffix(".png")):
+        protection.check(target)
+    return file

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
@@ -21,6 +21,9 @@ from cycloid_profile.cli.output._options import (
     read_with_plugins,
 )
 from cycloid_profile.cli.output._terminal import print_tables, print_text, printed_as_json, progress
+
+if TYPE_CHECKING:
+    from cycloid_profile.design import ToleranceRecord
 
 
 def tolerance(
@@ -62,14 +65,7 @@ def tolerance(
         Spec file (TOML) with a [tolerance] table; without one, ordinary manufacturing tolerances apply.
     """
     from cycloid_profile.design import tolerance_record, with_tolerance_values
-    from cycloid_profile.report.tolerance import (
-        allocation_sentences,
-        headline,
-        summary_sentences,
-        terminal_tables,
-        to_json,
-        write_tolerance,
-    )
+    from cycloid_profile.report.tolerance import to_json, write_tolerance
     from cycloid_profile.tolerance.study import Cluster, Threads, Workers
 
     checked_pdf(pdf)
@@ -81,12 +77,18 @@ def tolerance(
     with progress(quiet, allow_large) as show_step:
         record = tolerance_record(wanted, folder / "samples", workers, allocate, show_step)
         report = write_tolerance(record, folder, show_step, protection, pdf)
-    if printed_as_json(to_json(record) | {"report": str(report)}, json, protection):
-        return 0
-    print_text(f"{wanted.name}: {headline(record)}", "")
+    if not printed_as_json(to_json(record) | {"report": str(report)}, json, protection):
+        _print_summary(record, wanted.name)
+        print(f"\nreport: {report}")
+    return 0
+
+
+def _print_summary(record: ToleranceRecord, name: str) -> None:
+    """Headline, tables and sentences of a record."""
+    from cycloid_profile.report.tolerance import allocation_sentences, headline, summary_sentences, terminal_tables
+
+    print_text(f"{name}: {headline(record)}", "")
     print_tables(terminal_tables(record))
     allocated = [] if record.allocation is None else allocation_sentences(record.allocation)[:1]
     for sentence in (*allocated, *summary_sentences(record)):
         print_text("", sentence)
-    print(f"\nreport: {report}")
-    return 0

@@ -204,7 +204,7 @@ def _pressure_check(strength: Strength) -> Check:
 
 
 def _relief_check(strength: Strength) -> tuple[Check, ...]:
-    """Tells that the load ignores a relief; nothing where there is none, or slices count it."""
+    """States that the load ignores a relief; nothing where there is none, or slices count it."""
     spec = strength.spec
     if strength.under_load.case.width is not None or not (flank_relief(spec) or pin_relief(spec)):
         return ()

@@ -50,7 +50,7 @@ def disc_parts(drive: Drive, outline: DiscOutline) -> tuple[DiscPart, ...]:
     positions = drive.trochoid.lobes if outline.profile.identical_lobes else 1
     for j in range(1, drive.discs):
         turn, contours = turned_openings(drive, outline, j + 1)
-        same = [k for k, part in enumerate(parts) if _alike(contours, part.outline.contours, positions)]
+        same = [k for k, part in enumerate(parts) if _same_openings(contours, part.outline.contours, positions)]
         if same:
             parts[same[0]] = replace(parts[same[0]], discs=(*parts[same[0]].discs, j + 1))
         else:
@@ -80,7 +80,7 @@ def disc_parts_sentence(record: DesignRecord) -> str:
     )
 
 
-def _alike(some: tuple[Contour, ...], others: tuple[Contour, ...], positions: int) -> bool:
+def _same_openings(some: tuple[Contour, ...], others: tuple[Contour, ...], positions: int) -> bool:
     """Whether two sets of openings are the same in one of the ``positions`` in which the teeth repeat."""
     mine, theirs = _segments(some), _segments(others)
     if mine.shape != theirs.shape:

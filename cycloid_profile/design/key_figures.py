@@ -80,7 +80,7 @@ def summary(record: DesignRecord) -> dict[str, Any]:
 def _modification(record: DesignRecord) -> dict[str, Any]:
     """Amounts of the set-up, and the backlash that they make to first order, before deformation compensation.
 
-    The ratio of the amounts tells the pair: near ``conjugate_ratio`` many pins share the load at the price of backlash,
+    The ratio of the amounts shows the pair: near ``conjugate_ratio`` many pins share the load at the price of backlash,
     near ``zero_backlash_ratio`` it is the other way round.
     """
     m, (conjugate, zero) = record.spec.modification, pair_ratios(record.drive.trochoid)

@@ -34,7 +34,7 @@ _HOUSING = 60.0  # mm
 _LEAST_PIN = 2.0  # mm, where the housing is proposed as well
 _CLEARANCE_UM = {"printed": 100.0, "machined": 20.0, "ground": 2.0}
 _OUTPUT_PINS = ((100.0, 6), (200.0, 8), (300.0, 10), (math.inf, 12))  # below this diameter of the pin circle [mm]
-_TOOTH_RATIO = (1.0, 6.0)  # planet over sun: three planets beside each other
+_TOOTH_RATIO = (1.0, 6.0)  # planet over sun: three planets next to each other
 _USUAL_TOOTH_RATIO, _USUAL_RATIOS = 3.0, (19, 29, 39, 49, 59)
 
 RULES = {
@@ -168,7 +168,7 @@ def _lobes(request: DriveRequest) -> int:
             raise SpecError("--ratio", request.ratio, "is outside 3 to 300", "give the lobes of the cycloid stage")
         return request.ratio
     if request.total_ratio is None:
-        raise SpecError("--ratio", "is not given", "and nothing else tells it", "give --ratio or --total-ratio", " ")
+        raise SpecError("--ratio", "is not given", "and nothing else gives it", "give --ratio or --total-ratio", " ")
     wanted = request.total_ratio - 1.0
     return min(_USUAL_RATIOS, key=lambda lobes: abs(wanted / (lobes + 1) - _USUAL_TOOTH_RATIO))
 

@@ -12,7 +12,7 @@ from cycloid_profile.spec.model import Spec
 from cycloid_profile.spec.model.drive import PillarsSpec, RingSpec
 from cycloid_profile.units import GPA, UM
 
-# Axial clearance between the discs, and beside them, of their width: that of the assembly in STEP.
+# Axial clearance between the discs, and outside them, of their width: that of the assembly in STEP.
 _CLEARANCE = 0.1
 
 

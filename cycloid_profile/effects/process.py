@@ -347,7 +347,7 @@ class FlankWear(_OnDiscs):
 
     The shape is that of one disc at ``load_share`` times rated torque, ``amount`` its deepest place; ``flank`` 1
     carries a positive torque, 2 a negative one. ``by`` "lever" stands for a flank on which all pins carry and slide
-    alike: the force follows the lever |sinψ| S. ``exponent`` p is that of the wear law (docs/theory.md, Eq. 127).
+    equally: the force follows the lever |sinψ| S. ``exponent`` p is that of the wear law (docs/theory.md, Eq. 127).
     Source: Archard, J. Appl. Phys. 24 (1953) 981.
     """
 

@@ -13,7 +13,7 @@ from cycloid_profile.modification import Equidistant
 from cycloid_profile.rig.registration import RegisteredScan, register_scan
 
 # Coordinates are nominal where they lie this much closer to the nominal tooth than the deviations printed next to
-# them are large. Measured coordinates lie as far from it as those deviations; half or twice the share decides alike.
+# them are large. Measured coordinates lie as far from it as those deviations; half or twice the share decides the same.
 _NOMINAL_SHARE = 0.25
 
 

@@ -39,8 +39,8 @@ def read_spec(path: str | Path) -> Spec:
         limit = _reason(error)
         raise SpecError("spec file", f"'{file}'", limit, "give a TOML text file, see docs/spec.md", " ") from None
     spec = parse_spec(text, name=str(file))
-    beside = {"load.disc_body_file": spec.load.disc_body_file, "export.machine": spec.export.machine}
-    relative = {key: name for key, name in beside.items() if name is not None and not Path(name).is_absolute()}
+    named_files = {"load.disc_body_file": spec.load.disc_body_file, "export.machine": spec.export.machine}
+    relative = {key: name for key, name in named_files.items() if name is not None and not Path(name).is_absolute()}
     return spec.replace({key: str(file.parent / name) for key, name in relative.items()}) if relative else spec
 
 

@@ -12,6 +12,7 @@ import time
 import xml.dom.minidom
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -19,14 +20,17 @@ from cycloid_profile.cli.main import run
 from cycloid_profile.design import design_disc, summary
 from cycloid_profile.report.design import terminal_tables, warnings
 from cycloid_profile.spec import read_spec
+from tests.spec_texts import RIGID_EXAMPLE
 
 ROOT = Path(__file__).parents[2]
 RV40E = ROOT / "examples" / "rv40e.toml"
-TEXT = RV40E.read_text(encoding="utf-8")
+TEXT = RIGID_EXAMPLE
 SHARING_KEYS = {"max_force_n", "delta_max_um", "loaded_pins", "max_pressure_mpa"}
 ACCURACY_KEYS = {
     "backlash_arcmin", "lost_motion_arcmin", "torsional_rigidity_nm_per_arcmin", "transmission_error_arcsec",
 }  # fmt: skip
+# Short files, where their content is not asked.
+COARSE = ("chord_tolerance_um = 0.05", "chord_tolerance_um = 1.0")
 CONTRACT = {
     "classical": SHARING_KEYS, "equilibrium": SHARING_KEYS, "conventional": ACCURACY_KEYS, "compensated": ACCURACY_KEYS,
 }  # fmt: skip
@@ -51,9 +55,11 @@ def changed(tmp_path: Path) -> Callable[..., Path]:
 @pytest.fixture(scope="module")
 def build_of_rv40e(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     """The RV-40E built once: the folder, and what was printed."""
-    folder, out = tmp_path_factory.mktemp("built") / "rv40e", io.StringIO()
+    parent, out = tmp_path_factory.mktemp("built"), io.StringIO()
+    (parent / "spec.toml").write_text(TEXT, encoding="utf-8")
+    folder = parent / "rv40e"
     with contextlib.redirect_stdout(out):
-        assert run(["build", str(RV40E), "--out", str(folder)]) == 0
+        assert run(["build", str(parent / "spec.toml"), "--out", str(folder)]) == 0
     return folder, out.getvalue()
 
 
@@ -62,10 +68,17 @@ def reducer(build_of_rv40e: tuple[Path, str]) -> Path:
     return build_of_rv40e[0]
 
 
-def test_accuracy_json_keeps_its_contract(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    assert run(["accuracy", str(RV40E), "--json", "--out", str(tmp_path)]) == 0
-    out, err = capsys.readouterr()
-    figures = json.loads(out)
+@pytest.fixture(scope="module")
+def accuracy_of_rv40e(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], str]:
+    """Figures of the RV-40E with elastic discs, and what was printed besides."""
+    folder, out, err = tmp_path_factory.mktemp("accuracy"), io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        assert run(["accuracy", str(RV40E), "--json", "--out", str(folder)]) == 0
+    return json.loads(out.getvalue()), err.getvalue()
+
+
+def test_accuracy_json_keeps_its_contract(accuracy_of_rv40e: tuple[dict[str, Any], str]) -> None:
+    figures, err = accuracy_of_rv40e
     assert figures["schema"] == 1
     assert figures["name"] == "RV-40E"
     assert figures["short_width_ratio"] == 0.8125
@@ -77,10 +90,9 @@ def test_accuracy_json_keeps_its_contract(capsys: pytest.CaptureFixture[str], tm
     assert Path(figures["picture"]).is_file()
 
 
-def test_accuracy_of_the_rv40e_with_elastic_discs(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_accuracy_of_the_rv40e_with_elastic_discs(accuracy_of_rv40e: tuple[dict[str, Any], str]) -> None:
     # An independent finite-element model of one disc (ring of 61 mm, no lobes) has 3.75 µm, 3.47 to 4.21 over a pitch.
-    run(["accuracy", str(RV40E), "--json", "--out", str(tmp_path)])
-    figures = json.loads(capsys.readouterr().out)
+    figures, _ = accuracy_of_rv40e
     assert 3.47 < figures["compensation"]["delta_max_um"] < 4.21
     assert figures["conventional"]["backlash_arcmin"] == pytest.approx(0.8137, rel=0.004)
     change = figures["compensated"]["backlash_arcmin"] - figures["conventional"]["backlash_arcmin"]
@@ -93,8 +105,7 @@ def test_accuracy_of_the_rv40e_with_rigid_discs(
 ) -> None:
     # Lost motion 0.851′ and rigidity about 560 N·m/′ come from an independent simulation of the same drive;
     # backlash of 6 µm is 2·6 µm/(a z_c), up to 0.3 % more between the poses with a pin at ψ0.
-    torque = "rated_torque_nm = 412.0"
-    run(["accuracy", str(changed((torque, f'{torque}\ndisc_body = "rigid"'))), "--json", "--out", str(tmp_path)])
+    run(["accuracy", str(changed()), "--json", "--out", str(tmp_path)])
     figures = json.loads(capsys.readouterr().out)
     assert figures["conventional"]["lost_motion_arcmin"] == pytest.approx(0.851, abs=0.001)
     assert figures["conventional"]["torsional_rigidity_nm_per_arcmin"] == pytest.approx(560.0, rel=0.01)
@@ -246,14 +257,14 @@ def test_a_failure_half_way_leaves_the_old_files_alone(
     from cycloid_profile.export.points import CmmExporter
 
     out = tmp_path / "out"
-    assert run(["export", str(changed()), "--format", "csv", "--out", str(out)]) == 0
+    assert run(["export", str(changed(COARSE)), "--format", "csv", "--out", str(out)]) == 0
     before = (out / "profile.csv").read_bytes()
 
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device", "cmm_nominal.csv")
 
     monkeypatch.setattr(CmmExporter, "write", full)
-    spec = changed(("equidistant_um = 6.0", "equidistant_um = 9.0"))
+    spec = changed(COARSE, ("equidistant_um = 6.0", "equidistant_um = 9.0"))
     assert run(["export", str(spec), "--format", "csv", "--format", "cmm", "--out", str(out)]) == 2
     assert (out / "profile.csv").read_bytes() == before
     assert sorted(path.name for path in out.iterdir()) == ["manifest.json", "profile.csv", "profile_disc_2.csv"]
@@ -321,11 +332,11 @@ def test_a_set_is_written_whole_or_not_at_all(
     changed: Callable[..., Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "out"
-    (out / "profile.dxf").mkdir(parents=True)
-    words = ["export", str(changed()), "--format", "csv", "--format", "dxf", "--out", str(out)]
+    (out / "cmm_nominal.csv").mkdir(parents=True)
+    words = ["export", str(changed(COARSE)), "--format", "csv", "--format", "cmm", "--out", str(out)]
     assert run(words) == 2
-    assert f"'{out / 'profile.dxf'}' cannot be written (a folder has that name)" in capsys.readouterr().err
-    assert [path.name for path in out.iterdir()] == ["profile.dxf"]
+    assert f"'{out / 'cmm_nominal.csv'}' cannot be written (a folder has that name)" in capsys.readouterr().err
+    assert [path.name for path in out.iterdir()] == ["cmm_nominal.csv"]
 
 
 def test_a_promise_that_is_not_kept_is_no_success(
@@ -380,8 +391,12 @@ def test_export_lists_before_it_writes(tmp_path: Path, capsys: pytest.CaptureFix
     assert "disc.step" in capsys.readouterr().out
 
 
-def test_export_writes_the_formats_asked_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["export", str(RV40E), "--format", "gcode", "--format", "cmm", "--out", str(tmp_path), "--json"]) == 0
+def test_export_writes_the_formats_asked_for(
+    changed: Callable[..., Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    spec = str(changed(COARSE))
+    tmp_path = tmp_path / "out"
+    assert run(["export", spec, "--format", "gcode", "--format", "cmm", "--out", str(tmp_path), "--json"]) == 0
     files = json.loads(capsys.readouterr().out)["files"]
     assert [entry["path"] for entry in files] == [
         "grinding.nc",
@@ -390,7 +405,7 @@ def test_export_writes_the_formats_asked_for(tmp_path: Path, capsys: pytest.Capt
         "cmm_nominal_disc_2.csv",
     ]
     assert all(entry["deviation_um"] <= entry["tolerance_um"] for entry in files)
-    assert run(["export", str(RV40E), "--format", "cmm", "--out", str(tmp_path)]) == 0
+    assert run(["export", spec, "--format", "cmm", "--out", str(tmp_path)]) == 0
     assert "cmm_nominal.csv" in capsys.readouterr().out
 
 
@@ -413,13 +428,13 @@ def test_without_the_cad_kernel_everything_but_step_is_written(
 
 
 def test_a_missing_system_library_is_named_with_its_remedy(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    changed: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     fault = "libGL.so.1: cannot open shared object file: No such file or directory"
     (tmp_path / "build123d.py").write_text(f"raise ImportError({fault!r})\n", encoding="utf-8")
     monkeypatch.delitem(sys.modules, "build123d", raising=False)
     monkeypatch.syspath_prepend(tmp_path)
-    assert run(["export", str(RV40E), "--format", "step", "--out", str(tmp_path / "out")]) == 1
+    assert run(["export", str(changed()), "--format", "step", "--out", str(tmp_path / "out")]) == 1
     assert "apt install libgl1" in capsys.readouterr().err
 
 

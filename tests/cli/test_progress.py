@@ -18,7 +18,7 @@ class Clock:
         return self.now
 
 
-def test_a_counted_step_tells_the_time_to_its_end() -> None:
+def test_a_counted_step_shows_the_time_to_its_end() -> None:
     clock = Clock()
     steps = Steps(clock=clock)
     steps.show("10 of 100 reducers")
@@ -39,7 +39,7 @@ def test_a_long_step_keeps_its_time_on_one_line() -> None:
     assert steps.text(40) == "every tolerance halved: b… (12 s so far)"
 
 
-def test_a_step_that_tells_its_own_time_is_left_as_it_is() -> None:
+def test_a_step_that_states_its_own_time_is_left_as_it_is() -> None:
     clock = Clock()
     steps = Steps(clock=clock)
     clock.now = 10.0

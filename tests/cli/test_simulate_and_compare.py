@@ -82,7 +82,7 @@ def test_a_file_that_was_simulated_differs_from_its_spec_by_the_noise(
     assert Path(values["file"]) == file
     picture = Path(values["picture"])
     assert picture.parent == file.parent
-    # Whole: a picture that ends as PNG files do, a table that reads, and no scratch folder beside them.
+    # Whole: a picture that ends as PNG files do, a table that reads, and no scratch folder next to them.
     assert picture.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
     assert b"IEND" in picture.read_bytes()[-12:]
     assert read_measurement(file).kind.name == kind

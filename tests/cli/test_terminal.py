@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 from hypothesis import given
@@ -53,6 +54,16 @@ SHOW_DIAGNOSIS = (
 )
 
 
+class Terminal(NamedTuple):
+    """What commands show in a terminal of a width, and the folder that the export names."""
+
+    width: int
+    folder: Path
+    diagnosis: str
+    catalogue: str
+    files: str
+
+
 def piped(*words: str, encoding: str = "utf-8") -> subprocess.CompletedProcess[str]:
     """Python with these words, its output piped in ``encoding``."""
     environment = {**os.environ, "PYTHONIOENCODING": encoding, "PYTHONPATH": str(ROOT)}
@@ -61,32 +72,49 @@ def piped(*words: str, encoding: str = "utf-8") -> subprocess.CompletedProcess[s
     )
 
 
-@pytest.mark.parametrize("width", WIDTHS)
-def test_catalogue_names_its_drives_at_every_width(width: int) -> None:
-    status, shown = in_terminal([*COMMAND, "catalog"], width)
-    assert status == 0
+# Commands one after another in one process, a line between what they print.
+BETWEEN = "---- next ----"
+COMMANDS = (
+    "import json, sys\n"
+    "from cycloid_profile.cli.main import run\n"
+    "from cycloid_profile.cli.output._terminal import print_tables\n"
+    "from cycloid_profile.report.diagnosis import diagnosis_tables\n"
+    "diagnosis, *commands = json.loads(sys.argv[1])\n"
+    "print_tables(diagnosis_tables(diagnosis))\n"
+    "for words in commands:\n"
+    f"    print('{BETWEEN}')\n"
+    "    assert run(words) == 0\n"
+)
+
+
+@pytest.fixture(scope="module", params=WIDTHS)
+def terminal(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Terminal:
+    """A terminal of each width with a diagnosis, the catalogue, and the list of an export."""
+    out = tmp_path_factory.mktemp("out") / ("a folder with a long name " * 3).strip().replace(" ", "_")
+    commands = [DIAGNOSIS, ["catalog"], ["export", RV40E, "--list", "--out", str(out)]]
+    status, shown = in_terminal(["-c", COMMANDS, json.dumps(commands)], request.param)
+    assert status == 0, shown
+    return Terminal(request.param, out, *shown.split(f"{BETWEEN}\n"))
+
+
+def test_catalogue_names_its_drives_at_every_width(terminal: Terminal) -> None:
+    width, shown = terminal.width, terminal.catalogue
     starts = [line.split()[0] for line in shown.splitlines() if line.strip()]
     assert set(catalog_names()) <= set(starts)
     assert max(map(cell_len, shown.splitlines())) <= width
     assert "pin circle radius [mm]" in " ".join(shown.split()).replace("[mm] radius", "radius [mm]") or width < 120
 
 
-@pytest.mark.parametrize("width", WIDTHS)
-def test_a_diagnosis_names_its_effects_at_every_width(width: int) -> None:
-    status, shown = in_terminal(["-c", SHOW_DIAGNOSIS, json.dumps(DIAGNOSIS)], width)
-    assert status == 0
+def test_a_diagnosis_names_its_effects_at_every_width(terminal: Terminal) -> None:
+    width, shown = terminal.width, terminal.diagnosis
     for name in ("pin_ring_cumulative_pitch", "generating_eccentricity_error", "scan_of_the_first_specimen.csv"):
         assert name in shown
     assert max(map(cell_len, shown.splitlines())) <= width
     assert not {"′", "[′]", "[mm]", "[µm]"} & {line.strip() for line in shown.splitlines()}
 
 
-@pytest.mark.parametrize("width", WIDTHS)
-def test_files_keep_their_paths_at_every_width(width: int, tmp_path: Path) -> None:
-    out = tmp_path / ("a folder with a long name " * 3).strip().replace(" ", "_")
-    status, shown = in_terminal([*COMMAND, "export", RV40E, "--list", "--out", str(out)], width)
-    assert status == 0
-    assert f"{out}/disc.step" in shown
+def test_files_keep_their_paths_at_every_width(terminal: Terminal) -> None:
+    assert f"{terminal.folder}/disc.step" in terminal.files
 
 
 def test_a_pipe_gets_every_row_on_one_line() -> None:
@@ -134,12 +162,10 @@ def test_a_number_keeps_its_unit(text: str, width: int, lines: tuple[str, ...]) 
 
 @pytest.mark.parametrize("encoding", ["cp1252", "ascii", "gbk"])
 def test_signs_that_the_encoding_lacks_become_words(encoding: str) -> None:
-    ended = piped("-c", SHOW_DIAGNOSIS, json.dumps(DIAGNOSIS), encoding=encoding)
+    script = f"{COMMANDS}print('46.8′, [N·m/′], 3 µm², ψ ≤ 2″, é')\n"
+    ended = piped("-c", script, json.dumps([DIAGNOSIS, ["catalog"]]), encoding=encoding)
     assert (ended.returncode, ended.stderr) == (0, "")
     assert ("± 0.01" in ended.stdout) == (encoding != "ascii")
-    script = "from cycloid_profile.cli.main import run; run(['catalog']); print('46.8′, [N·m/′], 3 µm², ψ ≤ 2″, é')"
-    ended = piped("-c", script, encoding=encoding)
-    assert (ended.returncode, ended.stderr) == (0, "")
     last = ended.stdout.splitlines()[-1]
     assert (
         last
@@ -153,8 +179,10 @@ def test_signs_that_the_encoding_lacks_become_words(encoding: str) -> None:
 
 @pytest.mark.parametrize("encoding", ["cp1252", "ascii"])
 def test_help_and_specs_are_printed_in_every_encoding(encoding: str) -> None:
-    for words in (["--help"], ["tolerance", "--help"], ["catalog", "rv40e"], ["catalog", "rv40e", "--json"]):
-        ended = piped(*COMMAND, *words, encoding=encoding)
-        assert (ended.returncode, ended.stderr) == (0, ""), words
-        # A spec file is UTF-8, whatever the terminal: nothing but ASCII may be redirected into one.
-        assert ended.stdout.isascii() or words[0] != "catalog"
+    commands = (["--help"], ["tolerance", "--help"], ["catalog", "rv40e"], ["catalog", "rv40e", "--json"])
+    ended = piped("-c", COMMANDS, json.dumps([DIAGNOSIS, *commands]), encoding=encoding)
+    assert (ended.returncode, ended.stderr) == (0, "")
+    _, _, _, *specs = ended.stdout.split(f"{BETWEEN}\n")
+    assert len(specs) == 2
+    # A spec file is UTF-8, whatever the terminal: nothing but ASCII may be redirected into one.
+    assert all(text.isascii() for text in specs)

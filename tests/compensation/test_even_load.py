@@ -79,7 +79,7 @@ def test_clearance_and_backlash_are_those_wanted(play):
     case = case_with("rigid")
     found = even_load_profile(case, CLEARANCE, play * ARCMIN, Equilibrium(poses=4))
     assert not found.play.binds
-    # Pins beside the critical phase have less lever: below 0.7 % of the play.
+    # Pins next to the critical phase have less lever: below 0.7 % of the play.
     assert found.play.worst == pytest.approx(play * ARCMIN, rel=7e-3)
     ends = np.array([0.0, math.pi])
     drawn = np.abs(case.drive.theoretical_profile.at(ends).position)

@@ -44,7 +44,7 @@ def test_disc_touches_and_overlaps_nowhere(drive, share, direction):
 
 @given(drives(), st.floats(1e-5, 1e-4))
 def test_backlash_is_at_least_the_first_order_one(drive, share):
-    # Only a pin exactly at ψ0 reaches it; between poses the nearest pin stands beside ψ0.
+    # Only a pin exactly at ψ0 reaches it; between poses the nearest pin stands next to ψ0.
     amount = share * drive.trochoid.pin_circle_radius
     found = backlash(drive, modify(drive.theoretical_profile, Equidistant(amount)), poses=6)
     expected = first_order_backlash(drive, amount, 0.0)
@@ -132,7 +132,7 @@ def test_least_gap_is_taken_midway_between_the_two_touches(rv40e):
     assert found.least_gap == pytest.approx(0.010, rel=2e-3)
 
 
-def test_binding_is_told_from_an_overlap_of_nanometres():
+def test_binding_is_distinguished_from_an_overlap_of_nanometres():
     turn = np.array([0.0])
     assert not Backlash(turn, turn, -5e-6).binds
     assert Backlash(turn, turn, -2e-5).binds

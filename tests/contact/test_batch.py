@@ -65,7 +65,7 @@ def assert_same(one, other, name=""):
     np.testing.assert_array_equal(one, other, err_msg=name, strict=True)
 
 
-def assert_poses_alike(solver, case, angle, torque, which):
+def assert_poses_equal(solver, case, angle, torque, which):
     """What all poses together say of some is what each says alone, to the last bit."""
     together = solver.at(case, angle, torque)
     assert together.torque.size == angle.size
@@ -80,7 +80,7 @@ def assert_poses_alike(solver, case, angle, torque, which):
 def test_discs_pose_does_not_depend_on_the_others(rv40e, tooth):
     size = equilibrium._POSES_PER_BLOCK
     angle, torque = loads(size + 40)
-    assert_poses_alike(
+    assert_poses_equal(
         Equilibrium(), case_of(rv40e, TEETH[tooth]), angle, torque, [0, 1, 500, *range(size - 8, size + 8)]
     )
 
@@ -92,7 +92,7 @@ def test_stages_pose_does_not_depend_on_the_others(rv40e, support, tooth):
     drive = replace(rv40e, support=SUPPORTS[support], first_stage=None if support == "central" else rv40e.first_stage)
     angle, torque = loads(BLOCK + 20)
     which = [0, 1, 100, *range(BLOCK - 5, BLOCK + 5)]
-    assert_poses_alike(StageEquilibrium(), case_of(drive, TEETH[tooth]), angle, torque, which)
+    assert_poses_equal(StageEquilibrium(), case_of(drive, TEETH[tooth]), angle, torque, which)
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
@@ -102,7 +102,7 @@ def test_pose_that_overlaps_before_any_load_does_not_depend_on_the_others(solver
     angle, torque = loads(60)
     case = case_of(drive, (Equidistant(-0.001),))
     assert SolveStatus.INTERFERENCE in SOLVERS[solver].at(case, angle, torque).statuses
-    assert_poses_alike(SOLVERS[solver], case, angle, torque, range(0, 60, 4))
+    assert_poses_equal(SOLVERS[solver], case, angle, torque, range(0, 60, 4))
 
 
 def test_pose_of_parts_as_built_does_not_depend_on_the_others(rv40e):
@@ -119,7 +119,7 @@ def test_pose_of_parts_as_built_does_not_depend_on_the_others(rv40e):
         )
     )
     angle, torque = loads(BLOCK + 20)
-    assert_poses_alike(solver, case_of(rv40e, (Equidistant(0.006),)), angle, torque, range(BLOCK - 5, BLOCK + 5))
+    assert_poses_equal(solver, case_of(rv40e, (Equidistant(0.006),)), angle, torque, range(BLOCK - 5, BLOCK + 5))
 
 
 def test_pins_stand_where_they_stand_however_many_are_asked_for(rv40e):
@@ -181,7 +181,7 @@ def test_joined_blocks_keep_the_order_of_the_poses(rv40e, monkeypatch, solver):
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
-def test_joined_blocks_tell_the_largest_of_all(rv40e, monkeypatch, solver):
+def test_joined_blocks_report_the_largest_of_all(rv40e, monkeypatch, solver):
     small_blocks(monkeypatch, 3)
     # The heaviest pose stands neither first nor last.
     torque = np.array([1e4, 2e4, 3e4, 4e4, 4e5, 5e4, 6e4, 7e4])

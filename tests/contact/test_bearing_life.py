@@ -137,10 +137,10 @@ def test_one_turn_of_the_crank_holds_the_spectrum_of_a_turn_of_the_output(rv40e,
     one = 2.0 * math.pi * np.arange(241) / 241
     whole = 39.0 * 2.0 * math.pi * np.arange(4001) / 4001
     spread = crank_bearing_life(StageEquilibrium().at(case, one), OMEGA, 13e3)
-    alike = crank_bearing_life(StageEquilibrium().at(case, one), OMEGA, 13e3, equal_bearings=True)
+    equal = crank_bearing_life(StageEquilibrium().at(case, one), OMEGA, 13e3, equal_bearings=True)
     turn = crank_bearing_life(StageEquilibrium().at(case, whole), OMEGA, 13e3)
     assert 0.01 < np.ptp(spread.equivalent_load) / np.mean(spread.equivalent_load) < 0.03
-    np.testing.assert_allclose(alike.equivalent_load, turn.equivalent_load, rtol=1e-5)
+    np.testing.assert_allclose(equal.equivalent_load, turn.equivalent_load, rtol=1e-5)
 
 
 @pytest.mark.parametrize(

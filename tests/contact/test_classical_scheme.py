@@ -103,7 +103,7 @@ def test_step_limit_is_reported(rv40e, rated_torque):
     assert result.max_residual > 1e-3
 
 
-def test_interference_too_strong_for_the_torque_is_told(rv40e):
+def test_interference_too_strong_for_the_torque_is_reported(rv40e):
     # Overlapping pins push back more than the torque asks, however small the force.
     tooth = modify(rv40e.theoretical_profile, Equidistant(-0.001))
     assert Classical().solve(LoadCase(rv40e, tooth, 412.0)).status is SolveStatus.INTERFERENCE

@@ -104,7 +104,7 @@ def one_crank(value, discs):
     return shift
 
 
-def test_alike_parts_show_the_mesh_alone(turned):
+def test_equal_parts_show_the_mesh_alone(turned):
     for share in (0.03, 1.0):
         found = spectrum(turned(share=share))
         assert found.off(MESH) < OFF_THE_RULE
@@ -121,7 +121,7 @@ def test_housing_errors_show_even_multiples_of_the_lobes(turned, shift, oversize
 @pytest.mark.slow
 @given(errors(2, PINS), errors(PINS), errors(3 * LOBES), load_shares)
 def test_housing_errors_show_the_lobes_where_the_discs_differ(case, turned, shift, oversize, form, share):
-    # Another form on disc 2, alike on all its lobes: the discs no longer swap, but the crank's turn still returns.
+    # Another form on disc 2, equal on all its lobes: the discs no longer swap, but the crank's turn still returns.
     phase = np.linspace(0.0, 2.0 * math.pi, 8, endpoint=False)
     other = MeasuredDeviation(NormalDeviation(phase, form[:8], 1)).apply(case.profile)
     reducer = PartDeviations(pin_shift=shift[0] + 1j * shift[1], pin_oversize=oversize, teeth=(case.profile, other))
@@ -160,7 +160,7 @@ def test_carrier_errors_show_multiples_of_the_pins(turned, eccentric, bore, lead
 @pytest.mark.slow
 @given(st.floats(1.0, 3.0), st.floats(0.0, 6.2), st.floats(-1.0, 1.0), st.floats(0.0, 6.2), load_shares)
 @settings(max_examples=15)
-def test_discs_alike_on_the_carrier_cancel_odd_multiples(case, turned, once, at, twice, where, share):
+def test_discs_equal_on_the_carrier_cancel_odd_multiples(case, turned, once, at, twice, where, share):
     # Disc 2 is mounted half a lobe on: in its own angle t along the curve the same error stands π/z_c earlier.
     def waves(t):
         return once * UM * np.cos(t + at) + twice * UM * np.cos(2.0 * t + where)
@@ -175,7 +175,7 @@ def test_discs_alike_on_the_carrier_cancel_odd_multiples(case, turned, once, at,
 
 @pytest.mark.slow
 @given(small, small, st.sampled_from(["eccentric_shift", "bore_shift"]), load_shares)
-def test_a_crank_alike_in_both_discs_cancels_odd_multiples(turned, x, y, part, share):
+def test_a_crank_equal_in_both_discs_cancels_odd_multiples(turned, x, y, part, share):
     error = complex(x, y)
     if abs(error) < 0.5 * UM:
         error = 0.5 * UM

@@ -86,7 +86,7 @@ class Curve:
 
     def nearest(self, pin):
         """Phase and distance of the nearest point of the tooth, by a grid and a finer one about the best of it."""
-        # The polar angle of a point tells its phase but for a z_c/r_p, some 0.8 rad.
+        # The polar angle of a point gives its phase but for a z_c/r_p, some 0.8 rad.
         psi = -Z_C * np.angle(pin) + np.linspace(-2.0, 2.0, 16_001)
         for _ in range(2):
             distance = np.abs(pin - self.point(psi))
@@ -190,7 +190,7 @@ def test_a_bump_is_felt_by_the_pin_that_works_there(lobe, at, crank, disc):
     found = gaps(bumped.tooth(), PIN_RADIUS, meshing).gap[0, disc]
     felt = found - gaps(plain.tooth(), PIN_RADIUS, meshing).gap[0, disc]
     expected = bumped.removal(np.array([plain_foot(pin) for pin in pins]))
-    # To first order; beside the root, which fits the pin closely, the slope of the bump moves the foot.
+    # To first order; next to the root, which fits the pin closely, the slope of the bump moves the foot.
     np.testing.assert_allclose(felt, expected, rtol=0.0, atol=0.15 * UM)
     assert np.count_nonzero(expected < -0.15 * UM) <= 2
     for k in np.flatnonzero(expected):

@@ -335,6 +335,6 @@ def test_part_of_a_turn_stands_for_the_whole(bench, name):
 @pytest.mark.usefixtures("no_cap")
 @pytest.mark.parametrize("name", TABLE)
 def test_row_of_the_table_with_the_cap_lifted(bench, name):
-    # 25 poses a mesh period. Newton ends further off beside a spike.
+    # 25 poses a mesh period. Newton ends further off next to a spike.
     row = TABLE[name]
     check(replace(bench, tolerance=1e-6).measure(row.parts(bench), row.fixed, 25 * PINS * LOBES), row, UNCAPPED)

@@ -1,7 +1,7 @@
 """Physics of the whole stage: free bodies in balance, least energy, mirror, play, closed forms of one pin.
 
 The checks start from what a solve reports, pins' forces and the place of every disc, and work out the rest
-anew: pins, cranks and bores as points of the plane, moments as cross products, energy by quadrature.
+again: pins, cranks and bores as points of the plane, moments as cross products, energy by quadrature.
 """
 
 from __future__ import annotations

@@ -60,7 +60,7 @@ def test_blocks_take_their_own_part_of_the_place(rv40e, rated_torque):
     assert np.all(np.isnan(near.gap))
 
 
-def test_a_place_far_away_is_left_for_the_right_one_or_told(rv40e, rated_torque):
+def test_a_place_far_away_is_left_for_the_right_one_or_reported(rv40e, rated_torque):
     case = case_of(rv40e, rated_torque, Equidistant(0.006))
     crank = output_turn(rv40e.trochoid, 4)
     cold = SOLVER.at(case, crank)

@@ -86,13 +86,13 @@ def both_ways(reducer: AsBuiltReducer, share: float, place):
     return solved(reducer, share, place), with_exact_gaps(reducer, share, place)
 
 
-def assert_alike(found, expected):
+def assert_equal(found, expected):
     assert np.all(found.settled)
     np.testing.assert_allclose(found.rotation, expected.rotation, rtol=0.0, atol=TOLERANCES["rotation"])
     motion = TOLERANCES["motion in play" if expected.case.drive.support.bearing_play else "motion"]
     np.testing.assert_allclose(found.place.motion, expected.place.motion, rtol=0.0, atol=motion)
     np.testing.assert_allclose(found.force, expected.force, rtol=0.0, atol=1e-6 * expected.max_force)
-    # A pin with a wide gap presses on nothing: the series about its foot is not taken anew, and its foot may be off.
+    # A pin with a wide gap presses on nothing: the series about its foot is not renewed, and its foot may be off.
     near_touch = (expected.force > 0.0) | (expected.gap < 0.002)
     assert np.any(near_touch)
     for name, atol in (("lever", 1e-6), ("curvature", 1e-6)):
@@ -111,7 +111,7 @@ def test_whatever_effects_a_reducer_has(drawn, some, share):
     reducer = drawn
     for effect in some:
         reducer = effect.apply(reducer)
-    assert_alike(*both_ways(reducer, share, place))
+    assert_equal(*both_ways(reducer, share, place))
 
 
 @pytest.mark.parametrize("foot_known", [True, False])
@@ -119,7 +119,7 @@ def test_the_feet_need_not_be_known(drawn, foot_known):
     place = solved(drawn, 1.0).place
     reducer = CumulativePitchError(amplitude_um=3.0, phase_deg=20.0).apply(drawn)
     asked = place if foot_known else type(place)(place.rotation, place.motion)
-    assert_alike(*both_ways(reducer, 1.0, asked))
+    assert_equal(*both_ways(reducer, 1.0, asked))
 
 
 @pytest.mark.parametrize(
@@ -155,7 +155,7 @@ def test_from_first_touch_on(drawn, share, monkeypatch):
     monkeypatch.setattr(equilibrium, "_MANY", POSES * 80)
     compiled = solved(reducer, share)
     assert len(compiled.history) < len(plain.history)
-    assert_alike(compiled, plain)
+    assert_equal(compiled, plain)
     np.testing.assert_array_equal(compiled.touch, plain.touch)
     np.testing.assert_array_equal(compiled.gap, plain.gap)
     np.testing.assert_array_equal(compiled.outcome, plain.outcome)
@@ -174,7 +174,7 @@ def test_poses_that_the_short_cut_leaves_are_searched_for(drawn, monkeypatch):
 
     monkeypatch.setattr("cycloid_profile.contact.stage._block.settled_near", half)
     mixed = solved(reducer, 1.0, place)
-    assert_alike(mixed, plain)
+    assert_equal(mixed, plain)
     np.testing.assert_array_equal(mixed.rotation[1::2], compiled.rotation[1::2])
 
 

@@ -3,7 +3,7 @@
 Source: direct numerical geometry with two discs, three cranks and bearings of 4e5 N/mm, computed twice
 independently; input held, T = 412 N·m, b = 11.5 mm, Roark's contact. Lost motion is the angle between
 ±3 % torque, tangent stiffness the slope between two torques; both means over the mesh cycle.
-Tolerances: half a unit of the last digit where the package reaches it; elsewhere the reason stands beside.
+Tolerances: half a unit of the last digit where the package reaches it; elsewhere the reason stands next to it.
 """
 
 from __future__ import annotations

@@ -69,7 +69,7 @@ def test_gaps_of_pins_that_carry_nothing_turn_nothing(rv40e):
     assert np.all(found.pins[nominal.force > 0.0] > 0.0)
 
 
-def test_all_gaps_alike_turn_like_the_backlash(rv40e):
+def test_equal_gaps_turn_like_the_backlash(rv40e):
     # A removal of h everywhere is an angle of nearly h/(a(z_p + z1/z2)) with the input held.
     _, nominal, _ = stage(rv40e, 0.0)
     turned = StageTangent(nominal).rotation(np.full(nominal.force.shape, 1e-3))

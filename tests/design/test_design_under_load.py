@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 import typing
+from functools import cache
 
 import msgspec
 import numpy as np
@@ -24,6 +25,7 @@ DESIGN = f"""{DRIVE}{CRANKS}{{cranks}}
 [load]
 rated_torque_nm = {{torque}}
 {{load}}
+disc_body = "{{body}}"
 [modification]
 equidistant_um = {{equidistant}}
 {{modification}}
@@ -40,9 +42,14 @@ span_mm = 0.0
 LIMITS = "allowable_pin_stress_mpa = 300.0\nlubricant_viscosity_mm2_per_s = 60.0\n"
 
 
+def text_of(**changes):
+    words = {"cranks": "", "torque": 412.0, "load": "", "body": "rigid", "equidistant": 6.0, "modification": ""}
+    return DESIGN.format(**words | changes)
+
+
+@cache
 def designed(**changes):
-    words = {"cranks": "", "torque": 412.0, "load": "", "equidistant": 6.0, "modification": "", **changes}
-    return design_disc(parse_spec(DESIGN.format(**words)))
+    return design_disc(parse_spec(text_of(**changes)))
 
 
 def check(record, name):
@@ -108,7 +115,7 @@ def test_given_limits_of_stress_fail_unless_the_torque_is_assumed():
     for name in ("peak pressure", "pin shear", "pin bending"):
         assert check(record, name).status is CheckStatus.FAILED
     assert len(record.failures) == 3
-    text = DESIGN.format(cranks="", torque=1.0, load=limits, equidistant=6.0, modification="")
+    text = text_of(torque=1.0, load=limits)
     unrated = design_disc(parse_spec(text.replace("rated_torque_nm = 1.0\n", "")))
     for name in ("peak pressure", "pin shear"):
         assert check(unrated, name).status is CheckStatus.ADVISED_AGAINST
@@ -118,9 +125,9 @@ def test_given_limits_of_stress_fail_unless_the_torque_is_assumed():
 
 def test_rollers_are_estimated_from_the_crank_hole_and_said_to_be():
     record = designed(modification="[disc]\ncrank_hole_radius_mm = 13.0")
-    held = record.strength.crank_rollers
-    assert held.assumed == ("count", "diameter", "length")
-    rollers = held.rollers
+    rolling = record.strength.crank_rollers
+    assert rolling.assumed == ("count", "diameter", "length")
+    rollers = rolling.rollers
     assert rollers.inner_raceway_radius + rollers.diameter == pytest.approx(13.0)
     assert (rollers.diameter, rollers.length) == pytest.approx((0.23 * 13.0, 0.75 * 11.5))
     assert record.strength.rating_estimated
@@ -134,7 +141,7 @@ def test_rollers_are_estimated_from_the_crank_hole_and_said_to_be():
 
 
 def test_no_life_is_estimated_for_rollers_in_plastic_nor_at_rest():
-    text = DESIGN.format(cranks="", torque=20.0, load="", equidistant=50.0, modification="")
+    text = text_of(torque=20.0, equidistant=50.0)
     plastic = design_disc(parse_spec(f"{text}\n[materials.disc]\nyoungs_modulus_gpa = 2.5"))
     life = check(plastic, "life of a crank bearing")
     assert life.missing == "drive.crank_bearing.dynamic_load_rating_n"
@@ -209,7 +216,7 @@ def test_allowable_pressure_is_the_fatigue_limit_for_steel_alone():
     assert allowable_pressure(designed().spec) == STEEL_FATIGUE_LIMIT
     assert allowable_pressure(designed(load="allowable_pressure_mpa = 1100.0").spec) == 1100.0
     plastic = "[materials.disc]\nyoungs_modulus_gpa = 2.5\n[load]\nallowable_pressure_mpa = 60.0"
-    text = DESIGN.format(cranks="", torque=20.0, load="", equidistant=50.0, modification="")
+    text = text_of(torque=20.0, equidistant=50.0)
     record = design_disc(parse_spec(text.replace("[load]", "[materials.disc]\nyoungs_modulus_gpa = 2.5\n[load]")))
     assert allowable_pressure(record.spec) is None
     assert check(record, "peak pressure").missing == "load.allowable_pressure_mpa"
@@ -233,7 +240,7 @@ def test_theoretical_tooth_presses_on_the_edges_of_the_flank():
 
 
 def test_law_outside_its_range_fails_its_check():
-    text = DESIGN.format(cranks="", torque=20.0, load='contact_law = "palmgren"', equidistant=50.0, modification="")
+    text = text_of(torque=20.0, load='contact_law = "palmgren"', equidistant=50.0)
     plastic = text.replace("[load]", "[materials.disc]\nyoungs_modulus_gpa = 2.5\n[load]", 1)
     record = design_disc(parse_spec(plastic))
     law = check(record, "contact law (palmgren)")
@@ -242,7 +249,7 @@ def test_law_outside_its_range_fails_its_check():
 
 
 def test_modification_figures():
-    record = designed(load='disc_body = "rigid"', modification="radial_moving_um = -1.0\nrotation_arcmin = 0.1")
+    record = designed(modification="radial_moving_um = -1.0\nrotation_arcmin = 0.1")
     found, spec = summary(record)["modification"], record.spec.modification
     assert found["radial_clearance_um"] == spec.equidistant_um - 1.0
     # Eq. 32 with a z_c = 50.7 mm and √(1 − K1²) = 0.582961, and twice the rotation.
@@ -301,12 +308,12 @@ def test_rollers_report_their_stiffness():
         designed(cranks=f"[drive.crank_bearing]\nroller_count = 14\n{more}\n[disc]\ncrank_hole_radius_mm = 13.0")
         for more in ("", "radial_clearance_um = 5.0")
     )
-    told, held = (summary(one)["under_load"] for one in (spring, rollers))
-    assert (told["crank_bearing_model"], held["crank_bearing_model"]) == ("spring", "rollers")
-    assert told["crank_bearing_stiffness_n_per_mm"] == 4e5
-    assert told["roller_passage_variation"] is None
-    assert held["crank_bearing_clearance_um"] == pytest.approx(5.0)
-    assert 4e5 < held["crank_bearing_stiffness_n_per_mm"] < 7e5
-    assert 0.0 < held["roller_passage_variation"] < 0.02
+    sprung, rolling = (summary(one)["under_load"] for one in (spring, rollers))
+    assert (sprung["crank_bearing_model"], rolling["crank_bearing_model"]) == ("spring", "rollers")
+    assert sprung["crank_bearing_stiffness_n_per_mm"] == 4e5
+    assert sprung["roller_passage_variation"] is None
+    assert rolling["crank_bearing_clearance_um"] == pytest.approx(5.0)
+    assert 4e5 < rolling["crank_bearing_stiffness_n_per_mm"] < 7e5
+    assert 0.0 < rolling["roller_passage_variation"] < 0.02
     lost = [one.conventional_accuracy.lost_motion for one in (spring, rollers)]
     assert lost[1] - lost[0] > 2.0 * 2.5 * UM / 36.0

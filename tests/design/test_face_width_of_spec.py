@@ -119,7 +119,7 @@ def test_impossible_slices_name_their_key(load: str, drive: str, words: str) -> 
         face_width(spec, drive_of(spec))
 
 
-def test_slices_work_beside_rollers_and_elastic_supports() -> None:
+def test_slices_work_with_rollers_and_elastic_supports() -> None:
     drive = (
         '[drive.crank_bearing]\nmodel = "rollers"\noffset_mm = 1.0\n[drive.pin_seat]\ncontact = true\n[drive.ring]\n'
     )

@@ -30,7 +30,7 @@ from tests.diagnosis.protocol import JUDGED, WIDE_GROUP, judged, score
 from tests.diagnosis.workers import one_core
 
 FROZEN = Path(__file__).parent / "frozen" / "answers_0_3.json"
-_DIGITS = 5  # of the sizes that were told
+_DIGITS = 5  # of the reported sizes
 _QUESTION = ("section", "seed", "asked", "truth", "files")
 
 
@@ -47,7 +47,7 @@ def digest(case: Case) -> str:
 
 
 def ask_again(row: Mapping[str, Any]) -> dict[str, Any]:
-    """Today's answer to a frozen question; ``same_files`` tells whether the generator still writes the same."""
+    """Today's answer to a frozen question; ``same_files`` says whether the generator still writes the same."""
     case = redrawn(row)
     reducer = as_built_reducer(parse_spec(spec_text(case.reducer)))
     read = [parse_measurement(text, f"{name}.csv") for name, text in case.files.items()]
@@ -98,19 +98,19 @@ def comparison(before: Sequence[Mapping[str, Any]], now: Sequence[Mapping[str, A
     lines = [f"| section | cases | {' | '.join(JUDGED)} | time, now over then |", "|---" * (len(JUDGED) + 3) + "|"]
     for section, pairs in sorted(by.items(), key=lambda item: item[0] == "all"):
         then, after = ([worth(pair[i]) for pair in pairs] for i in (0, 1))
-        cells = " | ".join(_told(then.count(kind), after.count(kind)) for kind in JUDGED)
+        cells = " | ".join(_change(then.count(kind), after.count(kind)) for kind in JUDGED)
         ratio = statistics.median(new["cpu_seconds"] / old["cpu_seconds"] for old, new in pairs)
         lines.append(f"| {section} | {len(pairs)} | {cells} | {ratio:.2f} |")
     changed = sum(not new.get("same_files", True) for _, new in by["all"])
     return "\n".join([*lines, f"\nfiles that the generator now writes otherwise: {changed} of {len(by['all'])}"])
 
 
-def _told(then: int, after: int) -> str:
+def _change(then: int, after: int) -> str:
     return f"{then} → {after}" if then or after else ""
 
 
 def store(rows: Sequence[Mapping[str, Any]], path: Path = FROZEN) -> None:
-    """Write a frozen file: one row a line, told sizes rounded."""
+    """Write a frozen file: one row a line, reported sizes rounded."""
     kept = (*_QUESTION, "verdict", "named", "groups", "remainder", "seconds", "cpu_seconds")
     lines = []
     for row in rows:

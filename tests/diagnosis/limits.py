@@ -30,7 +30,7 @@ _SETTINGS = {"turn_deg": 2.0, "offset_um": [0.0, 0.0], "output_angle_deg": 5.73,
 
 
 @lru_cache(maxsize=8)
-def _told(file: str) -> dict[str, tuple[float, str]]:
+def _reported(file: str) -> dict[str, tuple[float, str]]:
     """What the diagnosis of a clean file says it would not have seen."""
     return _diagnosed(file, [], 1).not_seen
 
@@ -59,7 +59,7 @@ def table(file: str, runs: int, workers: int) -> list[str]:
     lines = []
     # A fork after the first compiled call would end the process: OpenMP does not survive it.
     with ProcessPoolExecutor(workers, get_context("spawn"), one_core) as pool:
-        for name, (limit, key) in _told(file).items():
+        for name, (limit, key) in _reported(file).items():
             kind = KINDS.get(name)
             if kind is None or name == "grinding_chatter" or kind.key != key or not math.isfinite(limit):
                 continue

@@ -115,9 +115,9 @@ JUDGED = ("right", "misnamed", "false alarm", "missed", "unknown", "failed")
 def judged(outcome: str, truth: Sequence[str], section: str) -> str:
     """What an outcome is worth.
 
-    What the files cannot show need not be told ("below"). Outside the library, unknown or a remainder is right. Where
+    Effects too small for the files may be missed ("below"). Outside the library, unknown or a remainder is right. Where
     the physics is foreign, or aliases are asked for, right names with a remainder, or in a larger group, are right.
-    Anything told of a clean reducer is a false alarm.
+    Anything reported of a clean reducer is a false alarm.
     """
     if outcome in {"exact", "group", "below"}:
         return "right"
@@ -190,7 +190,7 @@ def _wide(case: Case, files: Sequence[str], found: Diagnosis, any_drive: bool) -
     for one, shown in zip(case.truth, seen(case.truth, view_of(files, case.hidden_settings)), strict=True):
         aliases[one.name] |= shown.aliases
     return any(
-        min(len(group - alike) for name, alike in aliases.items() if name in group) > GROUP_MAY_HAVE
+        min(len(group - same) for name, same in aliases.items() if name in group) > GROUP_MAY_HAVE
         for group in groups
         if aliases.keys() & group
     )
@@ -198,8 +198,8 @@ def _wide(case: Case, files: Sequence[str], found: Diagnosis, any_drive: bool) -
 
 def _shows(case: Case, found: Diagnosis) -> bool:
     """Whether the files show an effect that is not among those named."""
-    told = {_alias(name) for effect in found.effects for name in effect.group}
-    return any(strength(case, one) > DETECTED for one in case.truth if _alias(one.name) not in told)
+    reported = {_alias(name) for effect in found.effects for name in effect.group}
+    return any(strength(case, one) > DETECTED for one in case.truth if _alias(one.name) not in reported)
 
 
 def _again(case: Case, files: Sequence[str], found: Diagnosis) -> str:
@@ -313,9 +313,14 @@ def questions(seed: int, share: float = 1.0) -> list[Question]:
         add(f"λ_sep 3 to 6, one, {name}", count // 2, (3.0, 6.0), effects=1, files=files)
     add("λ_sep 8 to 60, two, scan", 60, (8.0, 60.0), effects=2, files=("scan",))
     add("λ_sep 8 to 60, two, bench", 20, (8.0, 60.0), effects=2, files=BENCH)
-    alike = ("equidistant_error", "pin_radius_error", "pin_circle_radius_error", "missing_deformation_compensation")
-    add("aliases, loop", 20, None, True, effects=1, files=("loop",), sizes=(0.5, 2.0), names=alike)
-    add("aliases, bench", 20, None, True, effects=1, files=BENCH, sizes=(0.5, 1.5), names=alike[:2])
+    confusable = (
+        "equidistant_error",
+        "pin_radius_error",
+        "pin_circle_radius_error",
+        "missing_deformation_compensation",
+    )
+    add("aliases, loop", 20, None, True, effects=1, files=("loop",), sizes=(0.5, 2.0), names=confusable)
+    add("aliases, bench", 20, None, True, effects=1, files=BENCH, sizes=(0.5, 1.5), names=confusable[:2])
     for name, files, counts in WIDE:
         for hidden, count in zip(("clean", "one", "two"), counts[:3], strict=True):
             add(f"wide, {hidden}, {name}", count, effects=("clean", "one", "two").index(hidden), files=files)

@@ -32,30 +32,9 @@ from cycloid_profile.effects import (
 from cycloid_profile.measurement import Measurement
 from cycloid_profile.rig import Settings, simulate
 from cycloid_profile.spec import parse_spec
-from tests.spec_texts import RV40E
+from tests.spec_texts import PRINTED, RV40E, UNCOMPENSATED
 
-# A printed actuator of 13:1 as published: pins, sizes and clearance are known, materials assumed.
-PRINTED = """
-name = "printed 13:1"
-[drive]
-pins = 14
-pin_circle_radius_mm = 34.0
-pin_radius_mm = 3.5
-eccentricity_mm = 1.5
-disc_width_mm = 12.5
-discs = 2
-[materials.disc]
-youngs_modulus_gpa = 3.5
-poisson_ratio = 0.38
-[materials.pin]
-youngs_modulus_gpa = 3.5
-poisson_ratio = 0.38
-[load]
-rated_torque_nm = 25.0
-[modification]
-equidistant_um = 50.0
-deformation_compensation = false
-"""
+ACTUATOR = PRINTED + UNCOMPENSATED
 # What both times have: a softening compliance of an exponent that the library lacks, and creep.
 PRINTED_PARTS = (NonlinearSeriesCompliance(twist_arcmin=150.0, exponent=0.5), ViscoelasticCreep(twist_arcmin=15.0))
 
@@ -108,13 +87,13 @@ def test_play_that_rose_is_named_and_nothing_else() -> None:
 
 def printed(play: float, friction: float, seed: int, points: int = 300) -> Measurement:
     parts = [CrankBearingClearance(radial_um=play), ElastoslideFriction(torque_nm=friction, spread=0.6)]
-    return measured(PRINTED, [*PRINTED_PARTS, *parts], noise=0.1, seed=seed, points=points)
+    return measured(ACTUATOR, [*PRINTED_PARTS, *parts], noise=0.1, seed=seed, points=points)
 
 
 @pytest.fixture(scope="module")
 def preload() -> Comparison:
     """More preload: half the play, more friction of another form than Coulomb's, the same compliance."""
-    return compared(PRINTED, printed(120.0, 2.5, 1), printed(60.0, 4.0, 2))
+    return compared(ACTUATOR, printed(120.0, 2.5, 1), printed(60.0, 4.0, 2))
 
 
 @pytest.mark.slow
@@ -138,14 +117,14 @@ def test_preload_leaves_the_compliance(preload: Comparison) -> None:
 
 @pytest.mark.slow
 def test_run_in_takes_friction_and_adds_play() -> None:
-    change = figures(compared(PRINTED, printed(60.0, 4.0, 3), printed(90.0, 3.0, 4)))
+    change = figures(compared(ACTUATOR, printed(60.0, 4.0, 3), printed(90.0, 3.0, 4)))
     assert change["lost_motion_arcmin"][1] > 5.0
     assert change["friction_torque_nm"][1] < -4.0
 
 
 @pytest.mark.slow
 def test_a_repeat_has_no_change() -> None:
-    found = compared(PRINTED, printed(120.0, 2.5, 1), printed(120.0, 2.5, 3))
+    found = compared(ACTUATOR, printed(120.0, 2.5, 1), printed(120.0, 2.5, 3))
     assert found.changes == ()
     assert all(abs(value) < 3.0 for _, value in figures(found).values())
 

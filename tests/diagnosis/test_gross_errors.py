@@ -29,16 +29,16 @@ def test_one_outlier_is_omitted(row, sign, sigmas):
 
 
 @given(st.integers(10, ROWS - 10), st.sampled_from([-1.0, 1.0]), st.floats(10.0, 1e4), st.floats(5.0, 1e4))
-def test_two_rows_displaced_to_one_side_are_a_feature(row, sign, sigmas, beside):
+def test_two_rows_displaced_to_one_side_are_a_feature(row, sign, sigmas, neighbour):
     residual = np.zeros(ROWS)
-    residual[row : row + 2] = sign * sigmas * SIGMA, sign * beside * SIGMA
+    residual[row : row + 2] = sign * sigmas * SIGMA, sign * neighbour * SIGMA
     assert not np.any(gross_errors(residual, SIGMA))
 
 
 @given(st.integers(10, ROWS - 10), st.floats(10.0, 1e4), st.floats(10.0, 1e4))
-def test_two_rows_displaced_to_opposite_sides_are_errors(row, sigmas, beside):
+def test_two_rows_displaced_to_opposite_sides_are_errors(row, sigmas, neighbour):
     residual = np.zeros(ROWS)
-    residual[row : row + 2] = sigmas * SIGMA, -beside * SIGMA
+    residual[row : row + 2] = sigmas * SIGMA, -neighbour * SIGMA
     assert np.flatnonzero(gross_errors(residual, SIGMA)).tolist() == [row, row + 1]
 
 

@@ -51,29 +51,10 @@ from cycloid_profile.geometry import CentralEccentric, Cranks, Drive, InvoluteSt
 from cycloid_profile.modification import Equidistant, modify
 from cycloid_profile.spec import parse_spec
 from cycloid_profile.units import UM
-from tests.spec_texts import PLAIN, RV40E
+from tests.spec_texts import PLAIN, PRINTED, RV40E
 
 PAGE = Path(__file__).parents[2] / "docs" / "diagnosis.md"
 ELASTIC_RV40E = RV40E.replace('disc_body = "rigid"\n', "")
-PRINTED = """name = "printed actuator 13 to 1"
-[drive]
-pins = 14
-pin_circle_radius_mm = 34.0
-pin_radius_mm = 3.5
-eccentricity_mm = 1.5
-disc_width_mm = 12.5
-discs = 2
-[materials.disc]
-youngs_modulus_gpa = 3.5
-poisson_ratio = 0.38
-[materials.pin]
-youngs_modulus_gpa = 3.5
-poisson_ratio = 0.38
-[load]
-rated_torque_nm = 25.0
-[modification]
-equidistant_um = 50.0
-"""
 TABLE_1 = {  # IT5 to IT13 [µm] of the steps of D [mm]
     (3.0, 6.0): (5, 8, 12, 18, 30, 48, 75, 120, 180),
     (18.0, 30.0): (9, 13, 21, 33, 52, 84, 130, 210, 330),

@@ -20,7 +20,7 @@ from tests.diagnosis.correcting import CLOSED, LOBES, NOISE, drawn, found, scan_
 ALONG = np.sort(np.random.default_rng(5).uniform(0.0, 2.0 * math.pi * LOBES, 4680))
 FORMS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
     "pit": lambda x: 4.0 * np.exp(-(((x - 200.0) / 0.25) ** 2)),
-    "every lobe alike": lambda x: np.cos(3.0 * x) + 0.5 * np.sin(x),
+    "every lobe equal": lambda x: np.cos(3.0 * x) + 0.5 * np.sin(x),
     "once round the disc": lambda x: np.cos(3.0 * x / LOBES),
     "waves that swell": lambda x: np.cos(4.0 * x) * np.cos(2.0 * x / LOBES),
     "eleven waves a lobe": lambda x: np.cos(11.0 * x),

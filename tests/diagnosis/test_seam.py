@@ -22,10 +22,10 @@ UNEVEN = Hidden("grinding_chatter", {"amplitude_um": 0.6, "waves_per_turn": 612.
 EVEN = replace(UNEVEN, parameters={**UNEVEN.parameters, "waves_per_turn": 612.0})
 
 
-def scanned(effects, lobes_on, seed=5):
+def scanned(effects, lobes_on, seed=5, points=4000):
     """A scan whose lobe index is raised by ``lobes_on``."""
     turn = 1.0 - 360.0 / LOBES * lobes_on
-    text = scan(Reducer(), effects, points=4000, noise=Noise(0.3), turn_deg=turn, seed=seed)
+    text = scan(Reducer(), effects, points=points, noise=Noise(0.3), turn_deg=turn, seed=seed)
     return parse_measurement(text, "scan.csv")
 
 
@@ -78,11 +78,14 @@ def test_other_effects_of_the_scan_use_the_seam_index():
 )
 def test_other_effects_do_not_change_the_index(effect):
     """A saw-tooth over the lobes has a step too, and identifies its lobe itself."""
-    assert not [note for note in diagnose(BUILT, [scanned([effect], 5)]).notes if "is lobe" in note]
+    # 3 µm in 0.3 µm of noise: forty points of a lobe show the step as a hundred do.
+    found = diagnose(BUILT, [scanned([effect], 5, points=1600)])
+    assert [one.candidate.name for one in found.effects] == [effect.name]
+    assert not [note for note in found.notes if "is lobe" in note]
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(run=False, reason="with a turn at hand the seam is found too late: two minutes, and no name")
+@pytest.mark.xfail(run=False, reason="with a turn given the seam is found too late: two minutes, and no name")
 def test_one_turn_with_a_scan_decides_on_waves_of_all_discs():
     """The scan fixes the lobe index, so the turn only decides which discs have the waves."""
     wave = Hidden("grinding_chatter", {"amplitude_um": 0.5, "waves_per_turn": 1043.9, "phase_deg": 278.0})

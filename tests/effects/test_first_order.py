@@ -26,7 +26,7 @@ R_P, R_RP, ECCENTRICITY = 64.0, 3.0, 1.3
 K1 = ECCENTRICITY * PINS / R_P
 EXPANSION = 11.5e-6
 STEEP_ROOT = 0.4  # rad
-# Of (size)²/3 mm. The worst is a moved pin where the path of its centre still bends by a millimetre beside the root.
+# Of (size)²/3 mm. The worst is a moved pin where the path of its centre still bends by a millimetre next to the root.
 FACTOR = 1.5
 # Where the removal itself is steep its slope counts, not its size: three times as much and more by phase.
 STEEP = {"generating_eccentricity_error": 6.0, "grinding_chatter": 4.0}

@@ -82,7 +82,7 @@ def test_a_bore_of_the_carrier_takes_crank_and_planet_along(built_with, size, di
     lead = np.zeros(CRANKS)
     lead[crank - 1] = planet_turn(0.0, R_C + moved) - planet_turn(0.0, R_C)
     np.testing.assert_allclose(leads(reducer, 3.3), lead, rtol=0.0, atol=(size * UM) ** 2 / R2)
-    # The discs meet it as bores of theirs moved the other way, all alike.
+    # The discs meet it as bores of theirs moved the other way, all equally.
     outwards = math.degrees(2.0 * math.pi / CRANKS * (crank - 1))
     other_way = {"name": "crank_hole_error", "amplitude_um": size, "crank": crank}
     other_way["direction_deg"] = direction + outwards + 180.0
@@ -90,7 +90,7 @@ def test_a_bore_of_the_carrier_takes_crank_and_planet_along(built_with, size, di
     np.testing.assert_allclose(reducer.bore_shift, bores.bore_shift, rtol=0.0, atol=1e-15)
 
 
-def test_bores_moved_alike_along_the_circle_are_a_carrier_turned(built_with, drawn):
+def test_bores_moved_equally_along_the_circle_are_a_carrier_turned(built_with, drawn):
     tables = [
         {"name": "carrier_bore_error", "amplitude_um": 5.0, "direction_deg": 90.0, "crank": crank}
         for crank in (1, 2, 3)
@@ -265,7 +265,7 @@ def test_a_form_of_both_flanks_is_a_chatter_of_as_many_waves_on_every_tooth(buil
         np.testing.assert_allclose(a, b, rtol=0.0, atol=1e-9 * waves**2)
 
 
-# The sun stands alike after a pin pitch only if z2 is a multiple of z1.
+# The sun stands the same after a pin pitch only if z2 is a multiple of z1.
 
 
 @pytest.fixture(scope="module")

@@ -1,6 +1,6 @@
 """Effects of a user: how they are found, what is refused, and where they take part.
 
-The form of the example is h = A cos 3(θ − φ) with the polar angle θ = −ψ/z_c, so its values are written here anew.
+The form of the example is h = A cos 3(θ − φ) with the polar angle θ = −ψ/z_c, so its values are written here again.
 """
 
 from __future__ import annotations

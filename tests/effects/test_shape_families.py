@@ -182,7 +182,7 @@ def test_waves_of_a_steady_surface_are_even_in_the_arc_length(built_with) -> Non
 
 
 @pytest.mark.parametrize("speed_of", ["generating", "c_axis", "surface"])
-def test_waves_pass_root_and_tip_of_every_lobe_alike(built_with, speed_of: str) -> None:
+def test_waves_pass_root_and_tip_of_every_lobe_equally(built_with, speed_of: str) -> None:
     # A wave for each lobe, crest at root and trough at tip: symmetry fixes these angles for each motion.
     made = built_with(
         {"name": "grinding_chatter", "amplitude_um": 1.0, "waves_per_turn": LOBES, "constant_speed": speed_of}

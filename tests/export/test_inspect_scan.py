@@ -21,27 +21,9 @@ from cycloid_profile.errors import MeasurementError
 from cycloid_profile.export.inspection import CheckResult, inspect_scan
 from cycloid_profile.measurement import PROFILE_SCAN, Measurement
 from cycloid_profile.spec import parse_spec
+from tests.spec_texts import RV40E, UNCOMPENSATED
 
-SPEC = """
-name = "RV-40E"
-[drive]
-pins = 40
-pin_circle_radius_mm = 64.0
-pin_radius_mm = 3.0
-eccentricity_mm = 1.3
-disc_width_mm = 11.5
-discs = 2
-[drive.cranks]
-count = 3
-circle_radius_mm = 36.0
-bearing_stiffness_n_per_mm = 4.0e5
-[load]
-rated_torque_nm = 412.0
-disc_body = "rigid"
-[modification]
-equidistant_um = 6.0
-deformation_compensation = false
-"""
+SPEC = RV40E + UNCOMPENSATED
 SIZE, NOISE = 1.0e-3, 0.3e-3  # mm
 
 
@@ -106,11 +88,11 @@ def test_command_passes_fails_and_refuses(tmp_path: Path, capsys: pytest.Capture
     spec.write_text(SPEC, encoding="utf-8")
     out = tmp_path / "out"
     assert run(["inspect", str(spec), str(file), "--out", str(out), "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["pass"] is True
-    assert {check["tolerance_from"] for check in told["checks"]} == {"IT4, ground"}
-    assert len(told["flanks"]) == 78
-    assert json.loads((out / "inspection.json").read_text(encoding="utf-8")) == told
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["pass"] is True
+    assert {check["tolerance_from"] for check in printed["checks"]} == {"IT4, ground"}
+    assert len(printed["flanks"]) == 78
+    assert json.loads((out / "inspection.json").read_text(encoding="utf-8")) == printed
     assert {path.name for path in out.iterdir()} == {
         f"inspection.{ending}" for ending in ("csv", "html", "json", "png", "svg")
     }

@@ -1,4 +1,4 @@
-"""The parts beside the discs: sizes that follow from each other, files that read back, and clearance when turned."""
+"""The parts except the discs: sizes that follow from each other, files that read back, and clearance when turned."""
 
 from __future__ import annotations
 
@@ -28,23 +28,14 @@ from cycloid_profile.export.cad import (
 )
 from cycloid_profile.geometry import ChordTolerance, Contour, keyed_bore, ring_of_windows, sample
 from cycloid_profile.spec import parse_spec
+from tests.spec_texts import PLAIN
 
 CHORD = 1e-4  # mm, of the polygons
-TEXT = """
-name = "printed"
-[drive]
-pins = 11
-pin_circle_radius_mm = 30.0
-pin_radius_mm = 3.0
-eccentricity_mm = 1.5
-disc_width_mm = 8.0
-discs = 2
-[materials.disc]
+DRIVE = PLAIN.replace("discs = 1", "discs = 2").replace("equidistant_um = 20.0", "equidistant_um = 100.0")
+TEXT = f"""{DRIVE}[materials.disc]
 youngs_modulus_gpa = 3.0
 [load]
 rated_torque_nm = 4.0
-[modification]
-equidistant_um = 100.0
 [disc]
 bore_radius_mm = 8.5
 [disc.output_holes]

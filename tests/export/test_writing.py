@@ -220,7 +220,7 @@ def test_two_processes_end_with_the_package_of_one(folder: Path) -> None:
     assert_whole(folder)
 
 
-def test_a_second_process_that_waits_too_long_is_told(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_second_process_that_waits_too_long_is_reported(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(_staging, "_PATIENCE", 0.2)
     said = []
 

@@ -10,9 +10,10 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from pathlib import Path
 
-SPEC = (Path(__file__).parents[2] / "examples" / "rv40e.toml").read_text(encoding="utf-8")
+from tests.spec_texts import PLAIN, RIGID_EXAMPLE
+
+SPEC = RIGID_EXAMPLE
 TOLERANCES = '\n[tolerance]\nsamples = 100\nloaded_samples = 0\n[[tolerance.effects]]\nname = "pin_radius_error"\n'
 HEAD = "# format: cycloid-profile measurement 1\n"
 SCAN = HEAD + "# kind: profile_scan\n# datum: bore\nx_mm,y_mm\n" + "62.0,0.0\n0.0,62.0\n" * 8
@@ -221,15 +222,16 @@ def overwriting() -> Iterator[Case]:
     yield Case("catalog over a schema", words, foreign, files={"cycloid-profile.schema.json": "{}"})
     for name in ("profile.csv", "manifest.json"):
         words = ("export", "spec.toml", "--format=csv", "--out=out")
-        yield Case(f"export over {name}", words, foreign, files={f"out/{name}": PRECIOUS})
+        yield Case(f"export over {name}", words, foreign, spec=PLAIN, files={f"out/{name}": PRECIOUS})
     words = ("export", "spec.toml", "--format=csv", "--out=mine.csv")
-    yield Case("export into a file", words, "it is a file", files=mine)
-    yield Case("export below a file", (*words[:-1], "--out=mine.csv/deeper"), "cannot be written", files=mine)
+    deeper = (*words[:-1], "--out=mine.csv/deeper")
+    yield Case("export into a file", words, "it is a file", spec=PLAIN, files=mine)
+    yield Case("export below a file", deeper, "cannot be written", spec=PLAIN, files=mine)
     for path in ("../{here}-victim.txt", "/nowhere/victim.txt", "out/../../victim.txt", "..", ""):
         entry = f'{{"path": "{path}", "format": "x", "bytes": 1, "sha256": "{"0" * 64}", "spec_sha256": "0"}}'
         text = f'{{"schema": 1, "name": "x", "files": [{entry}], "skipped": []}}'
         words = ("export", "spec.toml", "--format=csv", "--out=out")
-        yield Case(f"manifest naming '{path}'", words, foreign, files={"out/manifest.json": text})
+        yield Case(f"manifest naming '{path}'", words, foreign, spec=PLAIN, files={"out/manifest.json": text})
 
 
 def catalogue() -> Iterator[Case]:

@@ -205,9 +205,9 @@ def test_a_found_effect_is_named_with_size_cure_and_evidence(pages: dict[str, st
 
 
 def test_a_group_is_one_of_these(found: Diagnosis, tmp_path: Path) -> None:
-    alike = replace(found.effects[0], group=("radial_moving_error", "thermal_growth"), separate_by="a second scan")
-    page = diagnosis_report(replace(found, effects=(alike,)), "plain", tmp_path, [], None)
-    assert "one of these, which the files cannot tell apart: radial moving error, thermal growth" in page
+    ambiguous = replace(found.effects[0], group=("radial_moving_error", "thermal_growth"), separate_by="a second scan")
+    page = diagnosis_report(replace(found, effects=(ambiguous,)), "plain", tmp_path, [], None)
+    assert "one of these, which the files cannot distinguish: radial moving error, thermal growth" in page
     assert "Measurement that separates them: <strong>a second scan</strong>" in page
     assert "If it is thermal growth: let the disc reach the temperature of the ring" in page
 

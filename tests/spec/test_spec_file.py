@@ -192,7 +192,7 @@ def test_a_machine_file_is_found_next_to_the_spec(tmp_path: Path) -> None:
     assert read_spec(spec).export.machine == str(tmp_path / "my.toml")
 
 
-def test_every_fault_of_a_file_is_told_at_once() -> None:
+def test_every_fault_of_a_file_is_reported_in_one_go() -> None:
     wrong = (
         TEXT.replace("pins = 40", "pinz = 40")
         .replace("discs = 2", "discs = 22")

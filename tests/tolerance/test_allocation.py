@@ -92,7 +92,7 @@ def exact_optimum(share: float, exponent: float) -> tuple[np.ndarray, float]:
 def test_linear_normal_response_has_the_closed_form(share: float, exponent: float) -> None:
     found = allocate(four(exponent), Linear(), UP_TO, share, SampleSizes(16384, 65536))
     ratios = np.array([line.ratio for line in found.lines])
-    # About 0.08 (99 %: 0.01) of 16,384 reducers tell the gradient: 3 % (8 %) a ratio, of which (k+2) takes its part.
+    # About 0.08 (99 %: 0.01) of 16,384 reducers give the gradient: 3 % (8 %) a ratio, of which (k+2) takes its part.
     expected, _ = exact_optimum(exact_yield(ratios), exponent)
     assert ratios == pytest.approx(expected, rel=0.05 if share == 0.9 else 0.08)
     # A cost is flat about its optimum: what is off is the square of the above. None is below the optimum at its yield.
@@ -144,11 +144,11 @@ def test_refused_where_the_finest_do_not_reach_it() -> None:
     with pytest.raises(AllocationError, match=r"yield = \d\d\.\d\d % is the highest.*below 95 %") as caught:
         allocate(four(finest=0.9, coarsest=2.0), Linear(), UP_TO, 0.95, EFFORT)
     assert caught.value.exit_code == 1
-    told = float(str(caught.value.value).removesuffix(" %")) / 100.0
-    assert told == pytest.approx(exact_yield(np.full(4, 0.9)), abs=0.005)
+    highest = float(str(caught.value.value).removesuffix(" %")) / 100.0
+    assert highest == pytest.approx(exact_yield(np.full(4, 0.9)), abs=0.005)
 
 
-def test_bounds_are_kept_and_told() -> None:
+def test_bounds_are_kept_and_reported() -> None:
     draws = four()
     costs = (Cost(1.0, finest=0.9, coarsest=1.02), Cost(4.0, **WIDE), Cost(2.0, coarsest=0.5), None)
     pairs = zip(draws.tolerances.scatters, costs, strict=True)
@@ -165,7 +165,7 @@ def test_bounds_are_kept_and_told() -> None:
     assert [one.plus_minus for one in found.tolerances.scatters] == [line.plus_minus_after for line in found.lines]
 
 
-def test_all_coarsest_is_told() -> None:
+def test_all_coarsest_is_reported() -> None:
     found = allocate(
         four(finest=0.5, coarsest=1.5), Linear(), (Limit("sum_um", at_most=1e3),), 0.95, SampleSizes(512, 512)
     )
@@ -174,7 +174,7 @@ def test_all_coarsest_is_told() -> None:
     assert found.cost_per_percent == 0.0
 
 
-def test_too_few_reducers_to_confirm_with_is_told() -> None:
+def test_too_few_reducers_to_confirm_with_is_reported() -> None:
     # 64 of 64 good reducers are 94.4 % at least: 95 % cannot be shown with so few.
     found = allocate(four(), Linear(), UP_TO, 0.95, SampleSizes(512, 64))
     assert found.status is AllocationStatus.UNCONFIRMED
@@ -333,7 +333,7 @@ def test_backlash_of_the_rv40e(large: AsBuiltReducer, scattered: Callable[..., T
     assert np.mean(within(fresh, answers.names, found.limits)) >= 0.95 - 0.005
     # All finer by one factor is what one does without a search: it costs more where it reaches the yield.
     for factor in np.linspace(0.95, 0.2, 16):
-        alike = replace(Draws(tolerances.scaled([float(factor)] * 5)), seed=99)
-        if np.mean(within(answers.of(alike.coordinates(0, 8192, 0)), answers.names, found.limits)) >= 0.95:
+        scaled = replace(Draws(tolerances.scaled([float(factor)] * 5)), seed=99)
+        if np.mean(within(answers.of(scaled.coordinates(0, 8192, 0)), answers.names, found.limits)) >= 0.95:
             break
     assert found.cost_after < found.cost_before / factor

@@ -28,12 +28,12 @@ def test_the_table_is_that_of_the_example(monkeypatch: pytest.MonkeyPatch) -> No
     rows = re.search(r"<!-- begin table -->\n(.*?)<!-- end table -->", page, re.DOTALL).group(1).splitlines()[2:]  # type: ignore[union-attr]
     for row, line in zip(rows, found.lines, strict=True):
         label, *numbers, bound = (cell.strip() for cell in row.strip("|").split("|"))
-        told = (line.plus_minus_before, line.plus_minus_after, line.ratio, line.cost_before, line.cost_after)
+        expected = (line.plus_minus_before, line.plus_minus_after, line.ratio, line.cost_before, line.cost_after)
         assert (label, bound) == (line.label.replace("_", " "), line.bound)
         # The search stops within 1e-5 of its cost, which leaves 0.3 % of a ratio; and one unit of the last digit.
-        assert [float(number) for number in numbers] == pytest.approx(told, rel=0.003, abs=0.01)
+        assert [float(number) for number in numbers] == pytest.approx(expected, rel=0.003, abs=0.01)
     totals = re.search(r"<!-- begin totals -->(.*?)<!-- end totals -->", page).group(1)  # type: ignore[union-attr]
     after = found.yield_after
-    told = (found.cost_before, found.cost_after, 100.0 * found.yield_before.value, 100.0 * after.value,
+    expected = (found.cost_before, found.cost_after, 100.0 * found.yield_before.value, 100.0 * after.value,
             100.0 * after.low, 100.0 * after.high, found.cost_per_percent)  # fmt: skip
-    assert [float(number) for number in NUMBER.findall(totals)] == pytest.approx(told, abs=0.06, rel=0.003)
+    assert [float(number) for number in NUMBER.findall(totals)] == pytest.approx(expected, abs=0.06, rel=0.003)

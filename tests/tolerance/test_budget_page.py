@@ -46,10 +46,10 @@ def test_tables_are_those_of_the_code(page: str, capsys: pytest.CaptureFixture[s
     for name, table in zip(NAMES, tables, strict=True):
         printed, found = between(page, name), table.markdown
         assert NUMBER.sub("#", printed) == NUMBER.sub("#", found)
-        for told, computed in zip(NUMBER.findall(printed), NUMBER.findall(found), strict=True):
-            digits = len(told.partition(".")[2])
+        for number, computed in zip(NUMBER.findall(printed), NUMBER.findall(found), strict=True):
+            digits = len(number.partition(".")[2])
             # One unit of the last digit: a sum in another order may round the other way.
-            assert float(told) == pytest.approx(float(computed), abs=1.01 * 10.0**-digits if digits else 0.0), name
+            assert float(number) == pytest.approx(float(computed), abs=1.01 * 10.0**-digits if digits else 0.0), name
 
 
 def test_numbers_of_the_text_are_those_of_the_tables(page: str) -> None:

@@ -120,51 +120,51 @@ def test_a_cluster_gives_the_same_bits(study, local, scheduler, workers, tmp_pat
 
 
 def test_a_worker_that_is_killed_is_made_good_by_the_other(study, local, scheduler, workers, tmp_path):
-    told: list[str] = []
+    lines: list[str] = []
 
-    def tell(line: str) -> None:
-        told.append(line)
-        if len(told) == 4:
+    def interrupt(line: str) -> None:
+        lines.append(line)
+        if len(lines) == 4:
             workers[0].send_signal(signal.SIGKILL)
 
-    run(study, tmp_path / "out", Cluster(scheduler), tell)
+    run(study, tmp_path / "out", Cluster(scheduler), interrupt)
     assert workers[0].wait(timeout=PATIENCE) == -signal.SIGKILL
     assert workers[1].poll() is None
-    assert len(told) == study.chunks
+    assert len(lines) == study.chunks
     assert contents(tmp_path / "out") == local
 
 
 def test_the_last_worker_killed_and_another_come(study, local, scheduler, workers, started, tmp_path):
-    told: list[str] = []
+    lines: list[str] = []
 
-    def tell(line: str) -> None:
-        told.append(line)
-        if len(told) == 2:
+    def interrupt(line: str) -> None:
+        lines.append(line)
+        if len(lines) == 2:
             for one in workers:
                 one.kill()
             started("worker", scheduler, *ALONE, "--nthreads", "2")
 
-    run(study, tmp_path / "out", Cluster(scheduler), tell)
+    run(study, tmp_path / "out", Cluster(scheduler), interrupt)
     assert contents(tmp_path / "out") == local
 
 
 def test_workers_or_a_scheduler_that_stay_away_end_in_a_sentence(study, scheduler, workers, tmp_path, monkeypatch):
     monkeypatch.setattr("cycloid_profile.tolerance.study.workers._SILENCE", 2.0)
-    told: list[str] = []
+    lines: list[str] = []
 
-    def tell(line: str) -> None:
-        told.append(line)
-        if len(told) == 2:
+    def interrupt(line: str) -> None:
+        lines.append(line)
+        if len(lines) == 2:
             for one in workers:
                 one.kill()
 
     with pytest.raises(ToleranceError, match="without workers") as caught:
-        run(study, tmp_path / "out", Cluster(scheduler), tell)
+        run(study, tmp_path / "out", Cluster(scheduler), interrupt)
     assert "finished chunks are kept" in sentence(caught, scheduler)
     kept = len(list((tmp_path / "out").glob("part-*.parquet")))
     assert kept >= 2
-    run(study, tmp_path / "out", Threads(1), told.append)
-    assert f"{kept} of {study.chunks} chunks are there from a run before" in told
+    run(study, tmp_path / "out", Threads(1), lines.append)
+    assert f"{kept} of {study.chunks} chunks are there from a run before" in lines
 
 
 def sentence(caught: pytest.ExceptionInfo[ToleranceError], address: str) -> str:

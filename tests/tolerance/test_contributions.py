@@ -86,9 +86,9 @@ def test_standard_errors_are_those_of_repeated_studies(drawn):
         lambda one: one.as_drawn[0].mean,
     ):
         between = np.std([pick(one).value for one in repeated], ddof=1)
-        told = np.mean([pick(one).error for one in repeated])
+        stated = np.mean([pick(one).error for one in repeated])
         # 24 repeats know a scatter to 15 %.
-        assert told == pytest.approx(between, rel=0.5)
+        assert stated == pytest.approx(between, rel=0.5)
 
 
 def test_one_batch_of_reducers_has_the_standard_error_of_independent_ones(drawn):
@@ -124,7 +124,7 @@ def test_a_reducer_without_an_answer_fails_its_limits(drawn):
 def test_scattered_pins_lower_the_mean_backlash(drawn):
     found = contributions(study(drawn, [EACH, {**RING, "amount_um": {"sigma": 1.0}}], samples=1024), resamples=40)
     pins = found.rows[0]
-    # The thickest pin stops the turn: pins that are alike again leave more backlash, half as unlike a part of it.
+    # The thickest pin stops the turn: pins that are equal again leave more backlash, half as unlike a part of it.
     half, none = pins.halved[0].mean, pins.zero[0].mean
     assert half.value > 10.0 * half.error
     assert none.value - half.value > 10.0 * none.error

@@ -59,7 +59,7 @@ def test_one_normal_error_of_all_discs_makes_normal_backlash(small, scattered):
     stage = of(small, tolerances)
     drawn = np.max(stage.by_pose(np.zeros((1, 1))), axis=1)[0]
     backlash = np.max(stage.by_pose(Draws(tolerances).coordinates(0, COUNT, 0)), axis=1)
-    # Eq. 32: 2/(a z_c) a unit; the pin that touches first stands beside ψ0, where the lever is a little less.
+    # Eq. 32: 2/(a z_c) a unit; the pin that touches first stands next to ψ0, where the lever is a little less.
     longest = small.case.drive.trochoid.longest_lever
     slope = (np.max(stage.by_pose(np.ones((1, 1))), axis=1)[0] - drawn) / UM
     assert 2.0 / longest <= slope < 1.02 * 2.0 / longest
@@ -205,7 +205,7 @@ def test_largest_backlash_of_an_rv40e_is_exact_to_a_fiftieth_of_an_arcminute(lar
         reducer = made_with(large, tolerances, one)
         wanted = exact_backlash(reducer, crank, seated(reducer, crank))
         assert np.sum(np.isfinite(wanted)) >= 44
-        # Five of six are within 0.0015′; where so much scatters that pins beside the root stop the disc, it is more.
+        # Five of six are within 0.0015′; where so much scatters that pins next to the root stop the disc, it is more.
         assert worst == pytest.approx(np.nanmax(wanted), abs=0.02 * ARCMIN)
         assert abs(worst - drawn) > 0.03 * ARCMIN
 

@@ -1,4 +1,4 @@
-"""Distributions of sizes beside scipy.stats, by Kolmogorov and Smirnov's test of a fixed sample; and their properties.
+"""Distributions of sizes against scipy.stats, by Kolmogorov and Smirnov's test of a fixed sample; and their properties.
 
 A sample of 20,000 from the distribution named stays within 0.0115 of it 99 times of 100 (1.63/√n, Kolmogorov 1933),
 and the seed is one of those; one that is 3 % too wide leaves it.
@@ -51,7 +51,7 @@ def cdf_of(name: str, values: np.ndarray) -> np.ndarray:
 def test_distribution_is_that_of_scipy(name: str) -> None:
     ours, _ = CASES[name]
     assert stats.kstest(ours.from_normal(Z), lambda v: cdf_of(name, v)).statistic < WITHIN
-    # What the test can tell: the same 3 % wider, or the sample's own shift by a twentieth of its width.
+    # What the test can detect: the same 3 % wider, or the sample's own shift by a twentieth of its width.
     assert stats.kstest(ours.from_normal(1.03 * Z + 0.05), lambda v: cdf_of(name, v)).statistic > WITHIN
 
 

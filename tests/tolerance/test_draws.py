@@ -85,7 +85,7 @@ def test_correlation_is_achieved_part_by_part(scattered, value):
 
 
 @pytest.mark.parametrize("over", [0.5, 2.0, 5.0])
-def test_neighbours_are_alike_round_the_ring(scattered, over):
+def test_neighbours_are_equal_round_the_ring(scattered, over):
     x = block(Draws(scattered({**PIN, "neighbours": over})))
     found = np.corrcoef(x.T)
     apart = np.arange(PINS)
@@ -97,7 +97,7 @@ def test_neighbours_are_alike_round_the_ring(scattered, over):
     np.testing.assert_allclose(np.std(x, axis=0), 1.0, rtol=4.5 / math.sqrt(2.0 * COUNT))
 
 
-def test_neighbours_of_an_offset_are_alike_in_both_components(scattered):
+def test_neighbours_of_an_offset_are_equal_in_both_components(scattered):
     given = {"name": "pin_position_error", "each": "pin", "amplitude_um": {"plus_minus": 3.0}, "neighbours": 2.0}
     x = block(Draws(scattered(given)))
     for component in (x[:, 0::2], x[:, 1::2]):

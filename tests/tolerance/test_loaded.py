@@ -1,4 +1,4 @@
-"""Reducers under load with gaps linear about the drawing, beside the exact equilibrium of the reducer as built.
+"""Reducers under load with gaps linear about the drawing, compared with the exact equilibrium of the reducer as built.
 
 Only where a contact lies is taken from the drawing: a foot on a relative radius R that has moved by s leaves s²/2R, so
 that what is left is of second order. The bound is what an answer is used for: 0.1″ of rotation.
@@ -147,7 +147,7 @@ def test_slices_over_the_width_count_in_every_reducer(small, scattered, made_wit
     np.testing.assert_allclose(rotation, plain, rtol=0.0, atol=1e-3 * ARCSEC)
 
 
-# Beside a root the path of a pin's centre bends by 0.07 mm: there a contact moves by as much as its errors, and its
+# Next to a root the path of a pin's centre bends by 0.07 mm: there a contact moves by as much as its errors, and its
 # lever with it. Such a pin carries only where a few do, under light load.
 STEEP_ROOT = 0.4  # rad
 
@@ -230,7 +230,7 @@ def test_compiled_is_the_plain_reference(small, scattered, play, law):
     np.testing.assert_allclose(found[0], plain[0], rtol=1e-9)
 
 
-def test_a_reducer_has_its_answer_whatever_stands_beside_it(small, scattered, monkeypatch):
+def test_a_reducer_has_its_answer_whatever_stands_next_to_it(small, scattered, monkeypatch):
     monkeypatch.setattr(loaded, "_BLOCK", 4)
     tolerances = scattered(*PARTS, *READ)
     stage = of(small, tolerances, 1)

@@ -1,4 +1,4 @@
-"""Moments, order statistics, intervals and yields of numbers in chunks, beside numpy and scipy on all at once."""
+"""Moments, order statistics, intervals and yields of numbers in chunks, against numpy and scipy on all at once."""
 
 from __future__ import annotations
 
@@ -172,10 +172,10 @@ def test_summary_is_that_of_all_numbers_at_once():
     values = np.random.default_rng(3).normal([1.0, 20.0], [0.1, 3.0], (2010, 2))
     lost = np.arange(2010) % 200 == 7
     values[lost, 1] = np.nan
-    told = summarise(Held(values), [Limit("a", at_most=1.1), Limit("b", 15.0, 24.0), Limit("c", 3.0)])
-    assert told.samples == 2010
-    assert [one.name for one in told.quantities] == ["a", "b"]
-    for one, column in zip(told.quantities, values.T, strict=True):
+    summary = summarise(Held(values), [Limit("a", at_most=1.1), Limit("b", 15.0, 24.0), Limit("c", 3.0)])
+    assert summary.samples == 2010
+    assert [one.name for one in summary.quantities] == ["a", "b"]
+    for one, column in zip(summary.quantities, values.T, strict=True):
         some = column[np.isfinite(column)]
         half = stats.norm.ppf(0.975) * np.std(some, ddof=1) / math.sqrt(some.size)
         assert one.mean.value == pytest.approx(np.mean(some), rel=1e-12)
@@ -187,7 +187,7 @@ def test_summary_is_that_of_all_numbers_at_once():
             assert interval.low <= interval.value <= interval.high
     # A reducer without an answer is not within its limit.
     short, inside = values[:, 0] <= 1.1, (values[:, 1] >= 15.0) & (values[:, 1] <= 24.0)
-    a, b, both = told.yields
+    a, b, both = summary.yields
     assert (a.limit, both.limit) == (Limit("a", at_most=1.1), None)
     assert a.share.value == np.mean(short)
     assert b.share.value == np.mean(inside)
@@ -203,8 +203,8 @@ def test_one_limit_has_one_yield_and_none_has_none():
 def test_a_quantity_without_any_answer_says_so():
     values = np.full((30, 2), np.nan)
     values[:, 0] = 1.0
-    told = summarise(Held(values), [Limit("b", at_most=1.0)])
-    assert told.yields[0].share.value == 0.0
-    assert told.quantities[1].spread.lost == 30
-    assert math.isnan(told.quantities[1].percentiles[50.0].value)
-    assert told.quantities[0].percentiles[50.0].value == 1.0
+    summary = summarise(Held(values), [Limit("b", at_most=1.0)])
+    assert summary.yields[0].share.value == 0.0
+    assert summary.quantities[1].spread.lost == 30
+    assert math.isnan(summary.quantities[1].percentiles[50.0].value)
+    assert summary.quantities[0].percentiles[50.0].value == 1.0

@@ -4,7 +4,7 @@ Source: the article on the geometric lost motion of high-precision RV reducers, 
 and 0.136 ± 0.082 [′], ratio 100, total "0.52 to 1.3", table of parameters. Symbols: Δφ̄ mean, T tolerance, T/2 half
 band; d_1 = 50 mm diameter of the sun; e short-width ratio K1; aζ longest lever a z_c.
 Tolerance: the parts are printed to two or three digits; what is computed from them is exact arithmetic, so half of the
-last digit quoted. Hand calculations are written out beside the numbers.
+last digit quoted. Hand calculations are written out next to the numbers.
 """
 
 from __future__ import annotations
@@ -157,7 +157,7 @@ def test_involute_stage_from_geometry_is_the_corrected_formula(geometry):
 
 
 def test_cycloid_stage_from_geometry_has_the_exact_backlash(geometry, rv40e):
-    # 2·6 µm/50.7 mm = 0.8137′; pins beside ψ0 have up to 0.3 % less lever.
+    # 2·6 µm/50.7 mm = 0.8137′; pins next to ψ0 have up to 0.3 % less lever.
     by_formula = cycloid_stage(rv40e, printed_errors(), pin=6.0 * UM)
     assert 1.0 < geometry.cycloid.mean / by_formula.mean < 1.003
     assert 1.0 < geometry.cycloid.tolerance / by_formula.tolerance < 1.005

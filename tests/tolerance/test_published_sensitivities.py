@@ -1,10 +1,10 @@
-"""The fifteen sensitivities of [TP]: printed numbers, what they should be, and the exact model beside them.
+"""The fifteen sensitivities of [TP]: printed numbers, what they should be, and the exact model next to them.
 
 Source: "Optimization of Cycloidal Gear Tooth Profile in Rotary Vector Reducer Based on Backlash Reduction", table of
 sensitivities and weights of the RV-40E. Symbols: its α (also a) is the eccentricity a = 1.3 mm, z_c = 39 lobes,
 K_1 = 0.8125, i = 121, r_1 printed as the planet's 27 mm and meant as the sun's 9 mm, α_0 the crank circle, 36 mm.
-Tolerance: the article prints four decimals, hence half of the fourth. Where the exact model stands beside a first-order
-formula the tolerance is what pins beside ψ0 and finite amounts make, said at each place.
+Tolerance: the article prints four decimals, hence half of the fourth. Compared with a first-order
+formula the tolerance is what pins next to ψ0 and finite amounts make, said at each place.
 """
 
 from __future__ import annotations
@@ -100,12 +100,12 @@ def test_factors_are_those_of_the_article():
     assert drive_of(catalog_drive("rv40e")).trochoid == Trochoid(40, 64.0, 1.3)
 
 
-# From geometry, each beside another way.
+# From geometry, each compared with another way.
 
 
 @pytest.mark.parametrize("number", [4, 5, 6, 10, 11, 14, 15])
 def test_exact_contact_agrees_with_first_order(number, rows):
-    # A pin up to half a pitch, 4.5°, beside ψ0 has up to 0.7 % less lever; none has more.
+    # A pin up to half a pitch, 4.5°, from ψ0 has up to 0.7 % less lever; none has more.
     row = rows[number]
     assert row.geometry.least == pytest.approx(row.corrected, rel=5e-4)
     assert row.corrected * (1 - 1e-5) < row.geometry.mean < row.geometry.greatest < 1.01 * row.corrected
@@ -161,7 +161,7 @@ def test_two_cranks_let_a_disc_shift_as_well(rv40e):
 
 
 def test_eccentricity_has_no_first_order_effect(rows, setup):
-    # Half the printed 1.6544 would show; what is left are pins beside ψ0, whose mean over a mesh cycle is small.
+    # Half the printed 1.6544 would show; what is left are pins next to ψ0, whose mean over a mesh cycle is small.
     assert abs(rows[12].geometry.mean) < 0.15 * rows[12].printed
     more, less = (setup.backlash(larger_eccentrics(setup.case, s * UM)) for s in (1.0, -1.0))
     assert np.mean(more[0]) < np.mean(setup.nominal_backlash[0])
@@ -222,7 +222,7 @@ def cases(draw):
 @settings(max_examples=12)
 @given(cases())
 def test_geometry_meets_the_formulas_on_any_drive(case):
-    # Amounts of 1e-5 of the size: what is left is the second order of gaps beside ψ0.
+    # Amounts of 1e-5 of the size: what is left is the second order of gaps next to ψ0.
     setup = DifferenceSetup(case, step=1e-6 * case.drive.trochoid.pin_circle_radius, poses=1)
     for number, factor in ((10, formulas.pin_radius), (11, formulas.pin_circle)):
         found = FACTORS[number - 1].method(setup).mean

@@ -77,8 +77,8 @@ def test_each_part_has_its_own(scattered, small):
     assert [one["planet"] for one in planets.choices] == [1, 2, 3]
     (teeth,) = scattered({"name": "single_tooth_error", "each": ["disc", "lobe"], "amount_um": {}}).scatters
     assert len(teeth.choices) == small.discs * small.case.drive.trochoid.lobes
-    (all_alike,) = scattered(BODY).scatters
-    assert all_alike.choices == ({},)
+    (common,) = scattered(BODY).scatters
+    assert common.choices == ({},)
 
 
 def test_what_is_a_number_is_fixed(scattered):
@@ -88,7 +88,7 @@ def test_what_is_a_number_is_fixed(scattered):
     assert waves.choices == ({"waves_per_turn": 500.0},)
 
 
-def test_names_are_told_apart(scattered):
+def test_names_are_distinguished(scattered):
     labels = [one.label for one in scattered(BODY, BODY, PIN).scatters]
     assert len(set(labels)) == 3
     assert [one.label for one in scattered({**BODY, "label": "wheel"}, PIN).scatters] == ["wheel", "single_pin_error"]
@@ -202,7 +202,7 @@ WRONG: dict[str, tuple[dict[str, Any], str, str]] = {
 }  # fmt: skip
 
 
-def told(caught: pytest.ExceptionInfo[SpecError]) -> str:
+def sentence_of(caught: pytest.ExceptionInfo[SpecError]) -> str:
     error = caught.value
     assert error.what
     assert error.limit
@@ -218,7 +218,7 @@ def test_what_cannot_be_is_refused_in_one_sentence(scattered, wrong):
     table, key, remedy = WRONG[wrong]
     with pytest.raises(SpecError) as caught:
         scattered(PIN, table)
-    sentence = told(caught)
+    sentence = sentence_of(caught)
     # The second table, the key at fault, and what to do.
     assert sentence.startswith("tolerance.effects[2]")
     assert key in caught.value.what
@@ -238,7 +238,7 @@ def test_what_cannot_be_is_refused_in_one_sentence(scattered, wrong):
 def test_what_the_drive_has_not_is_refused(plain, table, said):
     with pytest.raises(SpecError) as caught:
         tolerances_of([table], [], plain)
-    assert said in told(caught)
+    assert said in sentence_of(caught)
 
 
 A, B, C = "equidistant_error.amount_um", "radial_moving_error.amount_um", "disc_runout.amplitude_um"
@@ -268,6 +268,6 @@ def test_correlations_that_cannot_be_are_refused(scattered, between, said):
     tables = (BODY, {"name": "radial_moving_error", "amount_um": {}}, RUNOUT, PIN)
     with pytest.raises(SpecError) as caught:
         scattered(*tables, correlations=tuple(between))
-    sentence = told(caught)
+    sentence = sentence_of(caught)
     assert sentence.startswith("tolerance.correlations")
     assert said in sentence

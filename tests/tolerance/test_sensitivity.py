@@ -1,7 +1,7 @@
 """Exact derivatives against central differences of the whole nonlinear model, and closed forms.
 
 The model differentiated is built here from its parts: discs turned to first touch by ``first_touch``, and
-``StageEquilibrium`` solved anew to 1e-12 for each reducer. The step is ±0.5 nm in each size and as little in a
+``StageEquilibrium`` solved again to 1e-12 for each reducer. The step is ±0.5 nm in each size and as little in a
 direction: at some tenths of a micrometre another pin begins to carry and a derivative with it, and the law of contact
 has no third derivative there; below 0.1 nm the rounding of a balance, 1e-13 rad, shows.
 """
@@ -158,7 +158,7 @@ def step_of(parameter: str) -> float:
 
 
 def with_changed(drawn: AsBuiltReducer, made: list[Effect], which: int, parameter: str, by: float) -> AsBuiltReducer:
-    """All effects anew from the drawing, one parameter of one of them changed."""
+    """All effects again from the drawing, one parameter of one of them changed."""
     other = dataclasses.replace(made[which], **{parameter: getattr(made[which], parameter) + by})
     return reduce(lambda reducer, one: one.apply(reducer), [*made[:which], other, *made[which + 1 :]], drawn)
 
@@ -270,7 +270,7 @@ def test_slopes_of_maxima_are_one_sided():
     np.testing.assert_array_equal(weighted_sum((steep, flat), 0.5).along(ways), [0.5, -0.5, -0.5])
 
 
-def test_a_size_at_zero_is_told_over_all_directions(drawn):
+def test_a_size_at_zero_is_reported_over_all_directions(drawn):
     (row,) = sensitivities(drawn, effects([{"name": "encoder_eccentricity", "amplitude_arcsec": 0.0}]))
     assert row.over_direction
     # A ripple of the encoder over that of the mesh, which has its extremes at two poses a way φ apart: 2 sin(φ/2).
@@ -292,6 +292,6 @@ def test_parts_together_are_the_root_of_the_sum_of_squares(drawn):
         np.sqrt(np.sum(gradient**2)), rel=1e-9
     )
     assert row.worst[list(RESPONSES).index(LOST_MEAN)].of(LOST_MEAN).largest == pytest.approx(np.max(np.abs(gradient)))
-    # All pins alike: their sum is what a common radius does.
-    (all_alike,) = sensitivities(drawn, effects([{"name": "pin_radius_error", "amount_um": 0.0}]))
-    assert np.sum(gradient) == pytest.approx(all_alike.of(LOST_MEAN).rising, rel=1e-9)
+    # All pins equally: their sum is what a common radius does.
+    (common,) = sensitivities(drawn, effects([{"name": "pin_radius_error", "amount_um": 0.0}]))
+    assert np.sum(gradient) == pytest.approx(common.of(LOST_MEAN).rising, rel=1e-9)

@@ -1,4 +1,4 @@
-"""Grouped Sobol indices against closed forms, and a minimum over pins, of which first order tells too little.
+"""Grouped Sobol indices against closed forms, and a minimum over pins, of which first order gives too little.
 
 Responses are given as formulas in place of the reducer: what is tested is how numbers are drawn, grouped and mixed.
 """
@@ -76,7 +76,7 @@ def test_a_linear_response_has_its_variance_shares(drawn, sequence):
     assert (found.reducers, found.lost) == (6 * 2048, 0)
 
 
-def test_of_a_minimum_over_pins_first_order_tells_too_little(drawn):
+def test_of_a_minimum_over_pins_first_order_gives_too_little(drawn):
     # y = min over pins: by itself each pin moves little of the mean, together they move all of it.
     found = sobol_shares(
         study(drawn, lambda x: np.min(x[:, 1 : 1 + PINS] * (1.0 + 0.5 * x[:, :1]), axis=1)[:, np.newaxis]),
@@ -141,12 +141,13 @@ def test_the_same_seed_says_the_same(drawn):
     assert one.shares == other.shares
 
 
-def test_neighbours_that_are_alike_count_in_the_linear_share(drawn):
-    # Sums of neighbours that are alike scatter more: their share rises above that of independent pins.
-    alike = [TABLES[0], {**TABLES[1], "neighbours": 10.0}]
+def test_neighbours_that_are_equal_count_in_the_linear_share(drawn):
+    # Sums of neighbours that are equal scatter more: their share rises above that of independent pins.
+    equal_neighbours = [TABLES[0], {**TABLES[1], "neighbours": 10.0}]
     gradient = np.concatenate([[2.0], np.full(PINS, 0.25)])
     apart, near = (
-        linear_shares(Groups(Draws(tolerances_of(tables, (), drawn))), gradient)[1] for tables in (TABLES[:2], alike)
+        linear_shares(Groups(Draws(tolerances_of(tables, (), drawn))), gradient)[1]
+        for tables in (TABLES[:2], equal_neighbours)
     )
     assert apart == pytest.approx(0.625 / 4.625, abs=0.02)
     # Σ of a row of the correlation matrix is the factor by which the variance of the sum grows.
@@ -162,7 +163,7 @@ def test_too_many_reducers_without_an_answer_are_refused(drawn):
         sobol_shares(study(drawn, lost), 256)
 
 
-def test_a_few_lost_reducers_are_told(drawn):
+def test_a_few_lost_reducers_are_reported(drawn):
     found = sobol_shares(study(drawn, lambda x: np.where(x[:, :1] > 3.0, np.nan, x[:, :1])), 1024, resamples=20)
     assert 0 < found.lost <= 10
     assert found.of("y")[0].first.value == pytest.approx(1.0, abs=0.15)

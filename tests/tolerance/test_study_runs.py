@@ -76,9 +76,9 @@ def test_files_say_what_they_hold(study, tmp_path):
     tables = [pq.read_table(path) for path in sorted(tmp_path.glob("part-*.parquet"))]
     assert {tuple(table.column_names) for table in tables} == {("reducer", *store.names)}
     np.testing.assert_array_equal(np.concatenate([table["reducer"].to_numpy() for table in tables]), np.arange(290))
-    told = json.loads((tmp_path / "study.json").read_text())
-    assert told["columns"] == list(store.names)
-    assert told["fingerprint"] == study.fingerprint
+    listed = json.loads((tmp_path / "study.json").read_text())
+    assert listed["columns"] == list(store.names)
+    assert listed["fingerprint"] == study.fingerprint
 
 
 @pytest.mark.parametrize("count", [2, 3])
@@ -247,8 +247,8 @@ def test_a_chunk_that_fails_ends_the_run_and_its_threads(study, tmp_path, monkey
     assert threading.active_count() == before
 
 
-@pytest.mark.parametrize("told", [True, False], ids=["affinity told", "affinity not told"])
-def test_as_many_threads_as_were_asked_for(study, monkeypatch, told):
+@pytest.mark.parametrize("known", [True, False], ids=["affinity known", "affinity not known"])
+def test_as_many_threads_as_were_asked_for(study, monkeypatch, known):
     import concurrent.futures
     import os
 
@@ -260,14 +260,14 @@ def test_as_many_threads_as_were_asked_for(study, monkeypatch, told):
             super().__init__(count)
 
     monkeypatch.setattr("cycloid_profile.tolerance.study.workers.ThreadPoolExecutor", Pool)
-    if told:
+    if known:
         monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 3, 5}, raising=False)
     else:
         monkeypatch.delattr(os, "sched_getaffinity", raising=False)
         monkeypatch.setattr(os, "cpu_count", lambda: 4)
     for count in (1, 2, None):
         assert len(list(Threads(count).results(study, [0, 1]))) == 2
-    assert asked == [1, 2, 3 if told else 4]
+    assert asked == [1, 2, 3 if known else 4]
 
 
 def test_half_the_width_is_half_the_scatter_of_the_same_reducers(study):

@@ -16,7 +16,7 @@ from pathlib import Path
 SHORTEST = 3.0  # s; below, no time is shown
 _MOST_COMMANDS = 200  # whose durations are kept
 _COUNT = re.compile(r"([\d,]+) of (?:at most )?([\d,]+)")
-_TOLD = "to go"  # in steps that tell their remaining time themselves
+_TO_GO = "to go"  # in steps that state their remaining time themselves
 
 # Words of the running command: the same words take the same time again.
 command_words: ContextVar[tuple[str, ...]] = ContextVar("command_words", default=())
@@ -42,13 +42,13 @@ class Steps:
     def text(self, width: int | None = None) -> str:
         """The current step, cut to ``width``, with the seconds to go as far as they are known and not few."""
         remaining, passed = self.remaining(), self._clock() - self._begun
-        told = ""
-        if _TOLD not in self.step and remaining is not None and remaining >= SHORTEST:
-            told = f" ({_duration(remaining)} {_TOLD})"
-        elif _TOLD not in self.step and passed >= SHORTEST:
-            told = f" ({_duration(passed)} so far)"
-        room = len(self.step) if width is None else max(width - len(told), 1)
-        return (self.step if len(self.step) <= room else f"{self.step[: room - 1]}…") + told
+        time_shown = ""
+        if _TO_GO not in self.step and remaining is not None and remaining >= SHORTEST:
+            time_shown = f" ({_duration(remaining)} {_TO_GO})"
+        elif _TO_GO not in self.step and passed >= SHORTEST:
+            time_shown = f" ({_duration(passed)} so far)"
+        room = len(self.step) if width is None else max(width - len(time_shown), 1)
+        return (self.step if len(self.step) <= room else f"{self.step[: room - 1]}…") + time_shown
 
     def remaining(self) -> float | None:
         """Seconds to the end as the same command took before, else to the end of a counted step; None if unknown."""

@@ -85,7 +85,7 @@ def _lines(steps: Steps) -> Iterator[Callable[[str], None]]:
 
 
 class _Live:
-    """A text that is made anew whenever it is drawn."""
+    """A text that is made again whenever it is drawn."""
 
     def __init__(self, text: Callable[[], str]) -> None:
         self._text = text

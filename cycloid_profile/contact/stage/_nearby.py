@@ -1,7 +1,7 @@
 """Equilibria of a stage from nearby starting points, all poses at once in compiled code.
 
 A tooth differs from the parallel curve of its trochoid by removals, any formulas. The compiled code sees their Taylor
-series about a phase near each foot, and the series is taken anew until the feet stay where it holds.
+series about a phase near each foot, and the series is expanded again until the feet stay where it holds.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Error of the model that two measurements of one specimen share, as nuisance columns of both.
 
-The columns of a pair of files have one coefficient, so that they cancel in the difference. Besides errors of a
-known form, there is a smooth one of any form: over torque and branch of a loop, in the orders of a turn, or over lobe
+The columns of a pair of files have one coefficient, so that they cancel in the difference. Besides the errors with a
+known form there is a smooth one of any form: over torque and branch of a loop, in the orders of a turn, or over lobe
 and phase of a scan.
 """
 

@@ -1,4 +1,4 @@
-"""Drift of a curve from its first row to its last, told apart from effects that repeat after a turn or on a branch.
+"""Drift of a curve from its first row to its last, separated from effects that repeat after a turn or on a branch.
 
 A free drift would hide 61 % of the information on a sine of order one. So the width of its prior is zero unless the
 rows show a drift themselves: a turn does not close, a branch of a loop does not return to itself.
@@ -30,7 +30,7 @@ def turn_drift(residual: FloatArray, angle: FloatArray, noise: Noise, orders: Se
     ----------
     residual : shape (rows,), rising ``angle`` [rad]; the width has its unit, from the middle to either end
     noise : noise of the rows
-    orders : per turn, fitted beside 1 to 12, such as the multiples of lobes and pins
+    orders : per turn, fitted with 1 to 12, such as the multiples of lobes and pins
     """
     if np.ptp(angle) < _LEAST_SPAN * 2.0 * math.pi:
         return 0.0
@@ -63,8 +63,8 @@ def loop_drift(residual: FloatArray, torque: FloatArray, rows: np.ndarray, noise
 def _width(
     residual: FloatArray, columns: FloatArray, further: Sequence[FloatArray], noise: Noise, rows: np.ndarray
 ) -> float:
-    """Prior width of a ramp beside freely fitted ``columns``, shape (rows, n), and those of ``further`` that are
-    significant beside it."""
+    """Prior width of a ramp given freely fitted ``columns``, shape (rows, n), and those of ``further`` that are
+    significant given it."""
     starts = run_starts(rows)
     ramp = np.linspace(-1.0, 1.0, residual.size)[:, np.newaxis]
     A, z, drift, *waves = (noise.whiten(values, starts) for values in (columns, residual, ramp, *further))

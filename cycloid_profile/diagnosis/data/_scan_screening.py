@@ -141,7 +141,7 @@ def _centre(z: np.ndarray) -> complex:
 def _count_lobes(z: np.ndarray) -> int:
     """Number of lobes: the strongest order of the radius round the disc."""
     angle, radius = np.angle(z), np.abs(z)
-    orders = np.arange(3, min(_MOST_LOBES, z.size // 2) + 1)  # more cannot be told from fewer
+    orders = np.arange(3, min(_MOST_LOBES, z.size // 2) + 1)  # more cannot be distinguished from fewer
     anomaly = radius - np.mean(radius)
     wave = np.exp(-1j * angle)
     rotated = wave**2

@@ -40,7 +40,7 @@ _FIRST_ROWS = 0.5
 _REPEATS = 2  # corrections for the polynomial removed from short runs
 _LEAST_VARIANCE = 1e-24
 _ROUNDS = 10  # of expectation maximisation
-# Correlation of neighbours and partial correlation of the next but one that are tried; at 1 rows tell nothing.
+# Correlation of neighbours and partial correlation of the next but one that are tried; at 1 a row adds nothing.
 _RHO, _PARTIAL = np.linspace(-0.5, 0.98, 75), np.linspace(-0.92, 0.92, 93)
 _REFINED = 5  # times finer about the best
 _GROSS = 7.0  # standard deviations: noise alone exceeds them in no file

@@ -32,7 +32,7 @@ def load_error(reducer: AsBuiltReducer, curve: LinearisedCurve, recording: Recor
     """Columns of the error that grows with the load, in the unit of the file, shape (rows, columns).
 
     Contact law (its factor and its exponent), coupling of neighbouring pins by the disc, and bearings, each with the
-    width in ``_tuned``. What they change alike in all rows is no error but an effect: compliance, zero.
+    width in ``_tuned``. An equal change in all rows is no error but an effect: compliance, zero.
     """
     law, contact = reducer.case.law, reducer.case.line_contact
 

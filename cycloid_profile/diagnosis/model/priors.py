@@ -1,4 +1,4 @@
-"""Prior widths of the sizes of effects, from size, material, load and manufacturing quality of the reducer at hand.
+"""Prior widths of the sizes of effects, from size, material, load and manufacturing quality of the reducer.
 
 Lengths follow the standard tolerances of ISO 286-1, angles are such lengths over a radius. Compliances are shares of
 what the stage itself gives under its load, and friction is a share of the rated torque. ``PRIORS`` is the one table;

@@ -1,4 +1,4 @@
-"""Sizes that measurements can detect and tell apart, before they are made."""
+"""Sizes that measurements can detect and distinguish, before they are made."""
 
 from cycloid_profile.diagnosis.planning.detectable import smallest_detectable as smallest_detectable
 from cycloid_profile.diagnosis.planning.plan import Detectability as Detectability

@@ -99,7 +99,7 @@ def separating_measurement(
 ) -> str | None:
     """Further measurement that separates a member from its alternatives best; None without alternatives.
 
-    The one that gives the largest minimum sine between their patterns, together with the recordings at hand.
+    The one that gives the largest minimum sine between their patterns, together with the given recordings.
     """
     if not alternatives:
         return None

@@ -1,4 +1,4 @@
-"""A file for each part of the stage beside the discs, as STEP or as mesh with print offsets, and the parts list."""
+"""A file for each part of the stage except the discs, as STEP or as mesh with print offsets, and the parts list."""
 
 from __future__ import annotations
 

@@ -141,11 +141,11 @@ def _measured(name: str, feature: str, touches: list[Touch], plan: InspectionPla
     for at, z, normal, up in touches:
         if moves and not inside:
             # From above: over the face, and to the height of a root from outside the teeth.
-            beside = at if up else at * (1.0 + _CLEARANCE / abs(at))
-            lines += _retract(beside, plan) if up else _descend(beside, plan)
+            clear = at if up else at * (1.0 + _CLEARANCE / abs(at))
+            lines += _retract(clear, plan) if up else _descend(clear, plan)
         lines.append(f"PTMEAS/CART,{_xyz(at, z)},{_mm(normal.real)},{_mm(normal.imag)},{up:g}")
         if moves and not inside:
-            lines += _retract(beside, plan) if up else [f"GOTO/{_xyz(beside, z)}", *_retract(beside, plan)]
+            lines += _retract(clear, plan) if up else [f"GOTO/{_xyz(clear, z)}", *_retract(clear, plan)]
     lines.append("ENDMES")
     return [*_descend(middle, plan), *lines, *_retract(middle, plan)] if inside else lines
 

@@ -25,7 +25,7 @@ class Blank:
 def check_grinding(program: Program, machine: MachineSpec, blank: Blank, wheel_radius: float, name: str) -> None:
     """Check a contour or polar program.
 
-    Rapids stay above the blank, the tool goes down and up beside it, spindle and tool are on before contact, radius
+    Rapids stay above the blank, the tool goes down and up clear of it, spindle and tool are on before contact, radius
     compensation changes in air, feeds, travel and speeds are within the machine, and at the end everything is off.
     Raises ``ExportError``.
     """

@@ -1,6 +1,6 @@
 """Files on their way into an output folder: the lock, the scratch folder, one exchange or a journal of renames.
 
-The scratch folder ``.NAME.cycloid-profile.partial`` lies beside the output folder NAME, or inside it where its parent
+The scratch folder ``.NAME.cycloid-profile.partial`` lies next to the output folder NAME, or inside it where its parent
 cannot be written to. Holding its lock is the right to write. What an interrupted run leaves there, the next one ends:
 ``exchange.json`` and ``journal.json`` say how far it came.
 """
@@ -117,8 +117,8 @@ def _place(folder: Path) -> Path:
         return sibling
     if not folder.is_dir():
         raise NotADirectoryError(20, "it is a file, not a folder", str(folder))
-    beside = os.access(folder.parent, os.W_OK) and folder.stat().st_dev == folder.parent.stat().st_dev
-    return sibling if beside and folder.name else folder / f".{PARTIAL}"
+    sibling_possible = os.access(folder.parent, os.W_OK) and folder.stat().st_dev == folder.parent.stat().st_dev
+    return sibling if sibling_possible and folder.name else folder / f".{PARTIAL}"
 
 
 @contextmanager
@@ -197,7 +197,7 @@ def _end(place: Path, folder: Path) -> bool:
 
 
 def _link_others(old: Path, new: Path, ours: set[str]) -> None:
-    """Give every file of ``old`` but ``ours`` a second name in ``new``; folders are made alike."""
+    """Give every file of ``old`` but ``ours`` a second name in ``new``; folders are made again."""
     shutil.copystat(old, new)
     for name, path in _files(old):
         target = new / name

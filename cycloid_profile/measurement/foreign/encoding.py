@@ -1,7 +1,7 @@
 """Text of a file of another program: UTF-8, UTF-16, GB18030 or cp1252, found without statistics.
 
 A statistical detector was tried (charset-normalizer): a measured file has a handful of letters outside ASCII, and it
-read "µm" and "°" of cp1252 as Chinese. Four encodings can be told apart by their own rules.
+read "µm" and "°" of cp1252 as Chinese. Four encodings are distinguished by their own rules.
 """
 
 from __future__ import annotations

@@ -207,6 +207,6 @@ def _keys(lines: Iterable[str]) -> list[tuple[str, str]]:
 def _refuse_double_commas(before: Sequence[tuple[int, str]], delimiter: str, width: int, name: str) -> None:
     """Raise ``MeasurementError`` where commas stand between the cells and in the numbers."""
     if before and delimiter == "," and 2 * len(split(before[-1][1], delimiter)) == width:
-        limit = f"holds {width // 2} names over rows of {width} cells, so commas separate cells and decimals alike"
+        limit = f"holds {width // 2} names over rows of {width} cells, so commas separate both cells and decimals"
         remedy = "export with semicolons between the cells"
         raise MeasurementError(f"{name}: line {before[-1][0]}", f"'{before[-1][1][:40]}'", limit, remedy, " ")

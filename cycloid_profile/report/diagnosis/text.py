@@ -65,7 +65,7 @@ def readable(name: object) -> str:
 def describe_effect(one: NamedEffect) -> str:
     """An effect with its part and size; the names of a group that the files cannot separate."""
     if len(one.group) > 1:
-        return f"one of these, which the files cannot tell apart: {', '.join(readable(n) for n in one.group)}"
+        return f"one of these, which the files cannot distinguish: {', '.join(readable(n) for n in one.group)}"
     place = part_text(one) + (" or at another location" if one.other_locations else "")
     return f"{readable(one.candidate.name)}{place}, {size_text(one)}"
 

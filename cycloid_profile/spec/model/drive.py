@@ -253,7 +253,9 @@ class PillarsSpec(Table, frozen=True):
         | None
     ) = None
     length_mm: (
-        Annotated[float, length("Free length [mm]; absent: the discs, a tenth of their width between and beside them.")]
+        Annotated[
+            float, length("Free length [mm]; absent: the discs, with a tenth of their width between and outside them.")
+        ]
         | None
     ) = None
     far_share: Annotated[

@@ -48,7 +48,7 @@ _OTHER_NAMES = {
 
 
 def named_material(name: str) -> NamedMaterial:
-    """The material of a name, small and capital letters alike; raises ``SpecError`` with the nearest one."""
+    """The material of a name, in small or capital letters; raises ``SpecError`` with the nearest one."""
     known = {one.name.casefold(): one for one in MATERIALS}
     wanted = " ".join(name.replace("_", " ").replace("-", " ").casefold().split())
     wanted = _OTHER_NAMES.get(wanted, wanted).casefold()

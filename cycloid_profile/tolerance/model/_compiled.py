@@ -14,7 +14,7 @@ from cycloid_profile.arrays import FloatArray, IntArray
 from cycloid_profile.contact.stage import StageEnergy
 from cycloid_profile.contact.stage._kernels import PoseProblem, StageArrays, least_energy, width_at, workspace
 
-_ABREAST = 8  # reducers side by side: as many numbers as the processor keeps at hand
+_ABREAST = 8  # reducers side by side: as many numbers as the processor keeps in registers
 
 
 @njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]

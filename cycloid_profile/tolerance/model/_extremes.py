@@ -224,11 +224,11 @@ def _vertex(before: float, here: float, after: float) -> float:  # pragma: no co
 def _second(  # pragma: no cover
     turn: FloatArray, f: int, pin: int
 ) -> float:
-    """Smaller of the second differences of a pin at poses 1 and 2; 0 beside the end of its reach."""
+    """Smaller of the second differences of a pin at poses 1 and 2; 0 next to the end of its reach."""
     a, b, c, d = turn[0, f, pin], turn[1, f, pin], turn[2, f, pin], turn[3, f, pin]
     if b >= _FAR or c >= _FAR:
         return 0.0
-    # Beside the end of the reach a turn bends to infinity, but does not touch.
+    # Next to the end of the reach a turn bends to infinity, but does not touch.
     second: float = min(abs(a - 2.0 * b + c), abs(b - 2.0 * c + d))
     return second if second < 0.5 * _FAR else 0.0
 

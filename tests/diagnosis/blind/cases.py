@@ -1,4 +1,4 @@
-"""Cases for a blind test: files of one reducer with effects that nobody is told."""
+"""Cases for a blind test: files of one reducer with hidden effects."""
 
 from __future__ import annotations
 
@@ -52,8 +52,8 @@ class Case:
         for name, content in self.files.items():
             (folder / f"{name}.csv").write_text(content, encoding="utf-8")
         if truth:
-            told = {"seed": self.seed, "effects": [one.table() for one in self.truth], **self.hidden_settings}
-            (folder / "truth.json").write_text(json.dumps(told, indent=1), encoding="utf-8")
+            truth_table = {"seed": self.seed, "effects": [one.table() for one in self.truth], **self.hidden_settings}
+            (folder / "truth.json").write_text(json.dumps(truth_table, indent=1), encoding="utf-8")
 
 
 def draw_case(
@@ -78,7 +78,7 @@ def draw_case(
     files shows; ``sizes`` in multiples of the typical one, drawn evenly on a logarithmic scale. ``names`` narrows
     the choice. A scan is turned by up to ``turn_deg`` to either side (half a lobe of 39 is 4.6°: beyond it the
     number of a lobe is lost), and shifted by up to 20 µm if its datum is free. ``noise`` by kind of file, in its unit.
-    A reducer that would bind is not put on a bench, and drawn anew, unless it ``may_bind``. ``resize`` gives what was
+    A reducer that would bind is not put on a bench, and drawn again, unless it ``may_bind``. ``resize`` gives what was
     drawn other sizes.
 
     Raises

@@ -1,7 +1,7 @@
 """Clearance of a pin that stands on the path of pin centres, all round one ground disc.
 
 The tooth is sampled densely, and the distance of a pin centre is the least one to the samples, with the vertex of a
-parabola through the nearest three. A pin beside the path, by η along the normal, has the clearance η more: parallel
+parabola through the nearest three. A pin off the path, by η along the normal, has the clearance η more: parallel
 curves stay parallel.
 """
 
@@ -97,8 +97,8 @@ def _bend(points: Array) -> Array:
     return 2.0 * cross / (np.abs(back) * np.abs(ahead) * np.abs(back + ahead))
 
 
-def beside(reducer: Reducer, seen: Array, psi: Array) -> tuple[Array, Array, Array, Array]:
-    """Where pin centres ``seen`` from the disc stand beside the path: phase, η, normal, speed of the path.
+def offset_from_path(reducer: Reducer, seen: Array, psi: Array) -> tuple[Array, Array, Array, Array]:
+    """Where pin centres ``seen`` from the disc stand off the path: phase, η, normal, speed of the path.
 
     All normals of the path pass through the instant centre of the ring's motion, a z_c from the middle.
     """

@@ -107,7 +107,7 @@ def relative_radius(curvature: Array, pin_radius: Array) -> Array:
 
 @dataclass(frozen=True)
 class Roark:
-    """The law of the package's rigid discs, written anew."""
+    """The law of the package's rigid discs, written again."""
 
     def of(self, reducer: Reducer, curvature: Array, pin_radius: Array, seat: float) -> Pressed:
         """Its coefficients."""
@@ -117,7 +117,7 @@ class Roark:
 
 @dataclass(frozen=True)
 class PowerLaw:
-    """F ∝ δ^n: 10/9 after Palmgren, 1.0 a linear spring; alike at all curvatures, as such laws are."""
+    """F ∝ δ^n: 10/9 after Palmgren, 1.0 a linear spring; equal at all curvatures, as such laws are."""
 
     exponent: float = 10.0 / 9.0
     softness: float = 1.0

@@ -9,7 +9,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Hidden:
-    """An effect by name with its parameters as a spec file writes them; ``disc`` absent means all discs alike."""
+    """An effect by name with its parameters as a spec file writes them; ``disc`` absent means all discs."""
 
     name: str
     parameters: dict[str, Any] = field(default_factory=dict)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .clearance import Clearance, beside
+from .clearance import Clearance, offset_from_path
 from .contact import Body, Law, Pressed, Roark
 from .parts import Parts
 from .reducer import Reducer
@@ -98,7 +98,7 @@ class Poses:
     def seen_from(self, u: Array) -> Poses:
         """The same with phases and curvatures of the tooth where the pins touch at ``u``."""
         some = copy.copy(self)
-        feet = [self._beside(u, j)[1] for j in range(self.reducer.discs)]
+        feet = [self._off_path(u, j)[1] for j in range(self.reducer.discs)]
         some.psi = np.stack(feet, axis=1)
         some.bend = np.stack([of.curvature_at(psi) for of, psi in zip(self.clearances, feet, strict=True)], axis=1)
         return some
@@ -178,15 +178,15 @@ class Poses:
         circle, discs = self.reducer.pin_circle_radius_mm, self.reducer.discs
         return np.array([1.0] + ([circle, circle, 1.0] if self.reducer.cranks else [circle, circle]) * discs)
 
-    def _beside(self, u: Array, j: int) -> tuple[Array, Array, Array, Array, Array]:
-        """Pins as disc j sees them, and where they are beside the path of the drawing."""
+    def _off_path(self, u: Array, j: int) -> tuple[Array, Array, Array, Array, Array]:
+        """Pins as disc j sees them, and where they are off the path of the drawing."""
         turned = self.disc[:, j] * np.exp(1j * u[:, 3 + 3 * j])
         seen = (self.parts.pin_centre[self.pins[:, j]] - self._centre(u, j)[:, None]) * np.conj(turned)[:, None]
-        return seen, *beside(self.reducer, seen, self.psi[:, j])
+        return seen, *offset_from_path(self.reducer, seen, self.psi[:, j])
 
     def _gaps(self, u: Array, j: int) -> tuple[Array, Array]:
         """Gap of each pin to disc j, and its slopes by x, y, θ of the disc."""
-        seen, psi, beyond, normal, speed = self._beside(u, j)
+        seen, psi, beyond, normal, speed = self._off_path(u, j)
         room, rise = self.clearances[j].at(psi)
         # The path runs at −i times its normal.
         away = normal - 1j * normal * (rise / speed)
@@ -210,7 +210,7 @@ class Poses:
         return self.contact.of(self.reducer, self.bend[:, j], pin_radius, self.parts.seat + self.body.own)
 
     def _bearings(self, u: Array, j: int) -> State:
-        """Springs between disc j and its eccentrics, alike in all directions, slack within their play."""
+        """Springs between disc j and its eccentrics, equal in all directions, slack within their play."""
         r, p = self.reducer, self.parts
         if not r.cranks:
             return self._central(u, j)

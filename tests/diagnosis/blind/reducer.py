@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Reducer:
-    """Numbers of a spec file, RV-40E unless told otherwise; keys carry their unit.
+    """Numbers of a spec file, RV-40E unless given; keys carry their unit.
 
     No ``cranks`` is a central eccentric without a first stage. ``disc_body`` is what the spec file says of the discs.
     """

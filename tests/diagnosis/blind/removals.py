@@ -51,7 +51,7 @@ def removal(reducer: Reducer, effects: Iterable[Hidden], disc: int, K1: float, p
     h = -reducer.compensation_um * UM * Blank(reducer, 0.0, K1).flank(np.abs(np.sin(psi)), psi)
     for one in effects:
         if one.name in SHAPES and one.on("disc", disc):
-            # An effect of all discs is alike in the frame of the carrier.
+            # An effect of all discs is equal in the frame of the carrier.
             mounted = 0.0 if one.number("disc") else 2.0 * math.pi * (disc - 1) / (reducer.discs * reducer.lobes)
             h = h + SHAPES[one.name](Blank(reducer, mounted, K1), one, psi)
     return h

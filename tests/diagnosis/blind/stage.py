@@ -99,7 +99,7 @@ def rest(poses: Poses, u: Array) -> Array:
 def _rest(poses: Poses, u: Array) -> Array:
     """Unknowns at rest with the teeth pushed as they are.
 
-    Curvatures are taken anew where the pins come to touch, and that a few times more where a disc with play swings.
+    Curvatures are computed again where the pins come to touch, and that a few times more where a disc with play swings.
     """
     u = u.copy()
     left = np.arange(u.shape[0])
@@ -138,7 +138,7 @@ def settle(poses: Poses, u: Array, tolerance: float) -> tuple[Array, Array]:
         damped = state.stiffness + (damping[left, None] * diagonal)[:, None, :] * np.eye(arm.size)
         tried = u[left] - np.linalg.solve(damped, state.slope[..., None])[..., 0] @ free.T
         after = poses.state(tried)
-        # A fall of the energy within its rounding is none, but then the forces tell.
+        # A fall of the energy within its rounding is none, but then the forces decide.
         fallen = after.energy < state.energy - _ROUNDING * torque[left]
         calmer = np.max(np.abs(after.slope * arm), axis=1) / torque[left] < _CALMER * residual[left]
         better = fallen | calmer

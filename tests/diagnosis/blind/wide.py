@@ -68,7 +68,7 @@ _POINTS_PER_WAVE = 6.0
 
 @dataclass(frozen=True)
 class Hearing:
-    """A class of noise: coefficients for all columns, beside the ``sigma`` of each kind of file."""
+    """A class of noise: coefficients for all columns, besides the ``sigma`` of each kind of file."""
 
     rho: tuple[float, float] = (0.0, 0.0)
     rho2: tuple[float, float] = (0.0, 0.0)
@@ -128,7 +128,7 @@ def draw_wide(
     if "scan" in kinds:
         forms["scan"] = _scanned(settings)
     if on_bench:
-        forms |= {"contact": contact_name, "disc": f"{'rigid' if body.rigid else 'elastic'}, told {spec_body}"}
+        forms |= {"contact": contact_name, "disc": f"{'rigid' if body.rigid else 'elastic'}, stated {spec_body}"}
     if any(one.name.endswith("_friction") for one in truth):
         forms["friction"] = str(settings["friction_form"])
     forms |= {"shape": ", ".join(shapes)} if shapes else {}
@@ -138,7 +138,7 @@ def draw_wide(
 
 
 def _contact(draw: np.random.Generator) -> tuple[str, Law]:
-    """The package's own law, written anew, in one case of four."""
+    """The package's own law, written again, in one case of four."""
     laws: list[tuple[str, Law]] = [
         ("Roark", Roark()),
         ("power law", PowerLaw(float(draw.uniform(1.05, 1.25)), float(draw.uniform(0.9, 1.1)))),

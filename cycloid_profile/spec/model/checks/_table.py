@@ -22,7 +22,7 @@ class Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
 
     @classmethod
     def further_faults(cls, raw: Mapping[str, Any]) -> Iterable[SpecError]:  # noqa: ARG003 - most tables have none
-        """Faults of the plain values of this table that its types cannot tell."""
+        """Faults of the plain values of this table that its types cannot find."""
         return ()
 
     def __post_init__(self) -> None:
