@@ -97,7 +97,16 @@ def correct_scans(
     values = correction_json(found, diagnosis, spec.name, limit_um, remainder)
     return CorrectedScans(
         write_correction(
-            found, values, spec, points, folder, progress, protection, formats=formats, wheel_radius=wheel_radius, pdf=pdf
+            found,
+            values,
+            spec,
+            points,
+            folder,
+            progress,
+            protection,
+            formats=formats,
+            wheel_radius=wheel_radius,
+            pdf=pdf,
         )
     )
 
