@@ -160,8 +160,8 @@ def large() -> Iterator[Case]:
     simulate = ("simulate", "spec.toml", "--kind")
     needs = r"needs about [\d,.]+ (GB of (memory|disk)|h of one core).* \(limit [\d,.]+ .*--allow-large"
     circle = ("pin_circle_radius_mm = 64.0", "pin_circle_radius_mm = 1600.0")
-    many_pins = changed("pins = 40", "pins = 1000").replace(*circle)
-    rigid = many_pins.replace("[load]", '[load]\ndisc_body = "rigid"', 1)
+    rigid = changed("pins = 40", "pins = 1000").replace(*circle)
+    elastic = rigid.replace('disc_body = "rigid"', 'disc_body = "elastic"')
     for command, *words in (
         ("build",),
         ("accuracy",),
@@ -173,7 +173,7 @@ def large() -> Iterator[Case]:
     ):
         files = {"d.csv": SCAN} if "d.csv" in words else {}
         yield Case(f"{command} of 1000 thin pins", (command, "spec.toml", *words), f"drive.pins = 1000 .*{needs}",
-                   spec=many_pins, files=files)  # fmt: skip
+                   spec=elastic, files=files)  # fmt: skip
     for kind in ("hysteresis", "transmission_error", "lost_motion_map"):
         words = (*simulate, kind, "--points=20000")
         yield Case(f"{kind} of 1000 pins", words, f"points = 20,000 with 1000 pins {needs}", spec=rigid)

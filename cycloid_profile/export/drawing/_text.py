@@ -39,7 +39,7 @@ def outlines(text: str, height: float) -> list[list[complex]]:
 
 @cache
 def shown(text: str) -> str:
-    """The text with code points in place of letters that no font has, of which a warning tells."""
+    """The text with code points in place of letters that no font has; a warning names them."""
     composed = unicodedata.normalize("NFC", text)
     missing = sorted({letter for letter in composed if _font_of(letter) is None})
     if missing:
