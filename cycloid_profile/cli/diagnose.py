@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
@@ -70,10 +70,9 @@ def diagnose(
         return _plan_measurements(spec, plugin, output_folder(out, spec) / "diagnosis", protection, quiet, allow_large)
     require_files(data, "measured files")
     from cycloid_profile.design import as_built_reducer
-    from cycloid_profile.diagnosis import compare_diagnoses, comparison_to_json
+    from cycloid_profile.diagnosis import compare_diagnoses
     from cycloid_profile.diagnosis import diagnose as diagnose_files
-    from cycloid_profile.diagnosis import diagnosis_to_json as diagnosis_json
-    from cycloid_profile.report.diagnosis import VERDICTS, change_tables, diagnosis_tables, write_diagnosis
+    from cycloid_profile.report.diagnosis import write_diagnosis
 
     wanted = read_with_plugins(spec, plugin)
     folder = output_folder(out, spec, "diagnosis")
@@ -96,21 +95,24 @@ def diagnose(
         files = {file.name: file.read_bytes() for file in data}
         written = write_diagnosis(result, wanted.name, spec, files, folder, show_step, changes, protection, pdf)
     keep_columns([*data, *held_out, *against], columns, quiet)
-    values = diagnosis_json(result, wanted.name)
-    if changes is not None:
-        values["against"] = comparison_to_json(changes)
-    if printed_as_json(values, json, protection):
-        return 0
-    print(f"{wanted.name}: {VERDICTS[result.verdict]}\n")
-    print_tables(diagnosis_tables(values))
-    if changes is not None:
-        print_tables(change_tables(values["against"]))
-    for note in (*result.notes, *(changes.notes if changes is not None else ())):
-        print_text(f"note: {note}")
-    print(f"\nreport: {written.report}")
-    if written.spec is not None:
-        print(f"spec with the effects: {written.spec}")
+    if not printed_as_json(written.values, json, protection):
+        _print_diagnosis(written.values, wanted.name, (*result.notes, *(changes.notes if changes is not None else ())))
+        print(f"\nreport: {written.report}")
+        if written.spec is not None:
+            print(f"spec with the effects: {written.spec}")
     return 0
+
+
+def _print_diagnosis(values: Mapping[str, Any], name: str, notes: Sequence[str]) -> None:
+    """Verdict, tables and notes of a diagnosis."""
+    from cycloid_profile.report.diagnosis import VERDICTS, change_tables, diagnosis_tables
+
+    print(f"{name}: {VERDICTS[values['verdict']]}\n")
+    print_tables(diagnosis_tables(values))
+    if "against" in values:
+        print_tables(change_tables(values["against"]))
+    for note in notes:
+        print_text(f"note: {note}")
 
 
 def _plan_measurements(

@@ -37,10 +37,11 @@ from cycloid_profile.units import sign_of
 
 
 class WrittenDiagnosis(NamedTuple):
-    """Paths of the report and, if effects were found, of the new spec file."""
+    """Paths of the report and, if effects were found, of the new spec file; ``values``: content of the JSON file."""
 
     report: Path
     spec: Path | None
+    values: dict[str, Any]
 
 
 def write_diagnosis(
@@ -79,7 +80,7 @@ def write_diagnosis(
             write_text(scratch / new_spec, grown)
         page = diagnosis_report(diagnosis, name, scratch, drawn, new_spec, changes, pdf)
         write_report(scratch, REPORT, page, pdf)
-    return WrittenDiagnosis(folder / REPORT, None if new_spec is None else folder / new_spec)
+    return WrittenDiagnosis(folder / REPORT, None if new_spec is None else folder / new_spec, values)
 
 
 def save_plan_plot(rows: Sequence[Detectability], name: str, folder: Path, protection: Protection = PROTECTED) -> Path:
