@@ -68,7 +68,7 @@ def inspect(
     keep_columns([scan], columns, quiet)
     if not printed_as_json(inspection_to_json(wanted.name, result), json, protection):
         print_tables([inspection_table(wanted.name, result)])
-        for note in measured.notes:
+        for note in result.scan.notes:
             print_text(f"note: {measured.name}: {note}")
         print(f"\nwritten: {folder}")
     return 0 if result.passed else 1

@@ -8,8 +8,10 @@ from typing import Any
 
 from cycloid_profile import plot
 from cycloid_profile.articles import PlainTable
-from cycloid_profile.design import DesignRecord
+from cycloid_profile.design import DesignRecord, effects_of
+from cycloid_profile.diagnosis import screen_files
 from cycloid_profile.diagnosis.model import quality_of
+from cycloid_profile.effects import apply_effects
 from cycloid_profile.errors import MeasurementError
 from cycloid_profile.export.inspection import FLANKS, CheckResult, Inspection, inspect_scan
 from cycloid_profile.export.writing import PROTECTED, Protection, atomic_folder
@@ -33,11 +35,13 @@ def write_inspection(
     """Inspect a scan and write page, picture, JSON and a table of all flanks into ``folder``; ``pdf``: the page as PDF,
     too.
 
-    Raises ``MeasurementError`` for a file that is no profile scan, or as ``inspect_scan``.
+    Raises ``MeasurementError`` for a file that is no profile scan, or as ``screen_files`` and ``inspect_scan``.
     """
     if scan.kind is not PROFILE_SCAN:
         raise MeasurementError(f"{scan.name}: kind", scan.kind.name, "cannot be inspected", "give a profile scan")
     spec = record.spec
+    reducer = apply_effects(replace(record.case, profile=record.profile), effects_of(spec))
+    (scan,), _ = screen_files(reducer, [scan])
     result = inspect_scan(record, scan, quality_of(spec.quality, record.case.disc_material.youngs_modulus))
     with atomic_folder(folder, protection) as scratch:
         plot.save(plot.inspection_chart(result, name=spec.name), scratch, _NAME)
