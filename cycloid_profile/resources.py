@@ -1,4 +1,4 @@
-"""What a computation will need, the limits above which it is refused, and the permission to exceed them.
+"""What a computation needs, the limits above which it is refused, and the permission to exceed them.
 
 A need is estimated from the input before the work begins. Needs above a tenth of a limit are stated.
 """
@@ -9,7 +9,7 @@ import zipfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import BinaryIO
 
 from cycloid_profile.errors import ResourceError
@@ -55,21 +55,28 @@ class Need:
         much = [name for name, share in shares.items() if share > _STATED_SHARE]
         over = [name for name in much if shares[name] > 1.0]
         if over and not session.allow_large:
-            needs = " and ".join(f"{self._amount(name)} (limit {_in_words(name, LIMITS[name].most)})" for name in over)
+            needs = " and ".join(f"{self._amount(name)} (limit {_text(name, LIMITS[name].most)})" for name in over)
             raise ResourceError(
                 self.what, self.value, f"needs about {needs}", f"{self.remedy}, or add {ALLOW}", self.joint
             )
         if much:
-            session.say(f"{self.what}{self.joint}{self.value} needs about {' and '.join(map(self._amount, much))}")
+            session.state(f"{self.what}{self.joint}{self.value} needs about {' and '.join(map(self._amount, much))}")
 
     def _amount(self, name: str) -> str:
-        return f"{_in_words(name, getattr(self, name))}{'' if name == 'time' else f' of {name}'}"
+        return f"{_text(name, getattr(self, name))}{'' if name == 'time' else f' of {name}'}"
 
 
 @dataclass(frozen=True, slots=True)
 class _Session:
     allow_large: bool = False
     say: Callable[[str], None] = lambda _: None
+    stated: set[str] = field(default_factory=set)
+
+    def state(self, sentence: str) -> None:
+        """Say a sentence once: a search predicts the same files many times."""
+        if sentence not in self.stated:
+            self.stated.add(sentence)
+            self.say(sentence)
 
 
 _session: ContextVar[_Session] = ContextVar("cycloid_profile.resources", default=_Session())  # noqa: B039 - frozen
@@ -100,7 +107,7 @@ def unpacked_need(archive: BinaryIO, what: str, value: str, memory_per_byte: flo
     return Need(what, unpacked, "keep less in it", memory=memory_per_byte * size, joint=" ")
 
 
-def _in_words(name: str, amount: float) -> str:
+def _text(name: str, amount: float) -> str:
     if name != "time":
         return f"{amount / 1e9:,.2g} GB" if amount < 1e11 else f"{amount / 1e9:,.0f} GB"
     return f"{amount / 60.0:,.0f} min of one core" if amount < 2.0 * 3600.0 else f"{amount / 3600.0:,.0f} h of one core"

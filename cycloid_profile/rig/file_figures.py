@@ -146,14 +146,21 @@ class LoopOfFile:
 
     def of(self, values: FloatArray) -> FloatArray:
         """Figures of the angles ``values`` [′]."""
-        found = evaluate_loop(self.torque, values * ARCMIN, self.rated)
-        angles = np.array([found.lost_motion, found.hysteresis_loss]) / ARCMIN
+        try:
+            found = evaluate_loop(self.torque, values * ARCMIN, self.rated)
+        except MeasurementError:
+            return np.full(len(self.names), np.nan)
+        width = math.nan if found.coarse else found.hysteresis_loss
+        angles = np.array([found.lost_motion, width]) / ARCMIN
         energy = found.loss_energy / NEWTON_METRE
         return np.concatenate([angles, [energy], found.rigidity.ravel() * ARCMIN / NEWTON_METRE])
 
     def notes(self, values: FloatArray) -> tuple[str, ...]:
-        """Where the loop is short, its rows are coarse, or friction hides the lost motion."""
-        found = evaluate_loop(self.torque, values * ARCMIN, self.rated)
+        """Where the loop is short, its rows are coarse, friction hides the lost motion, or there are no figures."""
+        try:
+            found = evaluate_loop(self.torque, values * ARCMIN, self.rated)
+        except MeasurementError as error:
+            return (f"no figures: {error}",)
         peak = min(float(np.max(self.torque)), -float(np.min(self.torque)))
         rated, light = (torque / NEWTON_METRE for torque in (self.rated, found.light))
         short = f"the loop reaches ±{peak / NEWTON_METRE:.4g} of {rated:.4g} N·m: no rigidity beyond"

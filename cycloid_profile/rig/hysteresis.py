@@ -248,21 +248,26 @@ def _increasing(torque: FloatArray, angle: FloatArray) -> tuple[FloatArray, Floa
 
 
 def _slope(branch: Branch, sign: float, low: float, high: float, reference: float) -> float:
-    """Slope of a branch from ``low`` to ``high`` shares of ``reference`` [N·mm/rad].
+    """Slope of a branch from ``low`` to ``high`` shares of ``reference``, mean of its sweeps [N·mm/rad].
 
-    NaN if it ends before, infinite where friction holds the angle.
+    NaN if all end before, infinite where friction holds the angle.
     """
-    reach = max(sign * end for end in branch.ends)
-    if reach < (high - _SHORT_OF_END) * reference:
+    compliances = []
+    for torque, angle in branch.sweeps:
+        reach = max(sign * float(torque[0]), sign * float(torque[-1]))
+        if reach >= (high - _SHORT_OF_END) * reference:
+            ends = sign * np.array([low * reference, min(high * reference, reach)])
+            compliances.append(float(np.diff(np.interp(ends, torque, angle))[0] / np.diff(ends)[0]))
+    if not compliances:
         return math.nan
-    ends = sign * np.array([low * reference, min(high * reference, reach)])
-    turned = float(np.diff(branch.at(ends))[0])
-    return float(np.diff(ends)[0]) / turned if turned else math.inf
+    mean = float(np.mean(compliances))
+    return 1.0 / mean if mean else math.inf
 
 
 def _area(falling: Branch, rising: Branch) -> float:
-    """∮ θ dT over the torques that both branches reach: it needs no zero and no closed end [N·mm]."""
-    low, high = max(falling.ends[0], rising.ends[0]), min(falling.ends[1], rising.ends[1])
+    """∮ θ dT over the torques that all sweeps reach: it needs no zero and no closed end [N·mm]."""
+    low = max(float(T[0]) for T, _ in (*falling.sweeps, *rising.sweeps))
+    high = min(float(T[-1]) for T, _ in (*falling.sweeps, *rising.sweeps))
     torque = np.unique(np.concatenate([[low, high], *(T for T, _ in (*falling.sweeps, *rising.sweeps))]))
     torque = torque[(torque >= low) & (torque <= high)]
     return float(np.trapezoid(falling.at(torque) - rising.at(torque), torque))

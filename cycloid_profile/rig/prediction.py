@@ -154,8 +154,8 @@ def predict_curves(
     ``near``, the same rows predicted for a slightly different reducer, halves the time; the result equals that of a
     full search to a millionth of an arc second. Raises ``SolveError`` where most of these have no equilibrium.
     """
-    for measurement, rows in asked:
-        curve_need(f"{measurement.name or 'file'}: rows", rows.size, reducer.case).require()
+    names = ", ".join(measurement.name or "file" for measurement, _ in asked)
+    curve_need(f"{names}: rows", sum(rows.size for _, rows in asked), reducer.case).require()
     by_file = [_terms(measurement.kind, reducer, measurement, rows) for measurement, rows in asked]
     unsolved = [term for terms in by_file for term in terms]
     if not unsolved:

@@ -11,6 +11,7 @@ import pytest
 from cycloid_profile.effects import transmitted_torque
 from cycloid_profile.measurement import HYSTERESIS, LOST_MOTION_MAP, TRANSMISSION_ERROR, Measurement
 from cycloid_profile.rig import compared_figures, evaluate_loop, measurement_residual
+from cycloid_profile.rig.file_figures import LoopOfFile
 from cycloid_profile.units import ARCMIN, NEWTON_METRE
 
 # Spring STIFFNESS behind a play of ±PLAY, loaded beyond the rated torque; N·m and ′.
@@ -76,6 +77,23 @@ def test_many_cycles_leave_less_noise() -> None:
         lost = [figures(torque, angle + 0.01 * rng.standard_normal(torque.size)).lost_motion for _ in range(60)]
         spread.append(np.std(lost) / ARCMIN)
     assert spread[1] == pytest.approx(spread[0] / 3.0, rel=0.35)
+
+
+@pytest.mark.parametrize("reach", [(0.97, 0.98, 0.99), (0.99, 0.98, 0.97)], ids=["rising", "falling"])
+def test_cycles_of_unequal_size_that_drift_keep_their_rigidity(reach) -> None:
+    torque, angle = two_slope_loop((0.0, *(x for size in reach for x in (size, -size)), reach[0]), 7.0)
+    drifted = angle + np.linspace(0.0, 0.5, torque.size)
+    found = evaluate_loop(torque * NEWTON_METRE, drifted * ARCMIN, PEAK * NEWTON_METRE)
+    # The drift within one sweep remains: a seventh of 0.5′ over twice the torque.
+    assert found.rigidity * ARCMIN / NEWTON_METRE == pytest.approx(np.full((2, 2), STIFFNESS), rel=0.015)
+
+
+def test_friction_that_holds_the_angle_leaves_no_figures() -> None:
+    torque = PEAK * np.concatenate([np.linspace(a, b, 40)[1:] for a, b in ((0, 1), (1, -1), (-1, 1))])
+    own = LoopOfFile(torque * NEWTON_METRE, RATED * NEWTON_METRE)
+    assert np.all(np.isnan(own.of(np.zeros(torque.size))))
+    (note,) = own.notes(np.zeros(torque.size))
+    assert "does not change" in note
 
 
 def test_friction_beyond_3_percent_hides_the_play() -> None:
