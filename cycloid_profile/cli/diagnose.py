@@ -108,9 +108,7 @@ def _print_diagnosis(values: Mapping[str, Any], name: str, notes: Sequence[str])
     from cycloid_profile.report.diagnosis import VERDICTS, change_tables, diagnosis_tables
 
     print(f"{name}: {VERDICTS[values['verdict']]}\n")
-    print_tables(diagnosis_tables(values))
-    if "against" in values:
-        print_tables(change_tables(values["against"]))
+    print_tables([*diagnosis_tables(values), *(change_tables(values["against"]) if "against" in values else [])])
     for note in notes:
         print_text(f"note: {note}")
 
