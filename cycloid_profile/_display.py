@@ -74,8 +74,9 @@ def figure_text(value: float | None, unit: str = "", digits: int = 4) -> str:
     """
     if value is None or not math.isfinite(value):
         return "–"
-    if 10.0**digits <= abs(value) < 1e9:
-        return with_unit(f"{float(f'{value:.{digits}g}'):,.0f}", unit)
+    rounded = float(f"{value:.{digits}g}")
+    if 10.0**digits <= abs(rounded) < 1e9:
+        return with_unit(f"{rounded:,.0f}", unit)
     # Rounding errors of a perfect fit are printed as the zero they are.
     return with_unit(f"{0.0 if abs(value) < 1e-9 else value:.{digits}g}", unit)
 

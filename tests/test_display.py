@@ -187,3 +187,11 @@ def test_tolerance_record_describes_itself(tmp_path: Path) -> None:
     assert {len(values) for values in columns.values()} == {2}
     pandas = pytest.importorskip("pandas")
     assert isinstance(found.to_frame(), pandas.DataFrame)
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "shown"),
+    [(9999.4, 4, "9999"), (9999.7, 4, "10,000"), (99.96, 2, "100"), (13280.4, 4, "13,280"), (0.52584, 4, "0.5258")],
+)
+def test_a_figure_that_rounds_up_to_the_limit_has_no_power_of_ten(value: float, digits: int, shown: str) -> None:
+    assert figure_text(value, "", digits) == shown

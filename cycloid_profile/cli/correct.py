@@ -101,4 +101,4 @@ def correct(
     if values["files"]:
         warn(*ascii_name_notes(wanted, format))
     warn(*(f"{name} is not written: {reason}" for name, reason in values["skipped"].items()))
-    return status or int(bool(values["skipped"]))
+    return status or int(not values["skipped"].keys().isdisjoint(format))

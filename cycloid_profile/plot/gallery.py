@@ -40,7 +40,7 @@ PICTURES = (
         "pressure_over_width", "Pressure on the pins over the face width.", design.pressure_over_width, sliced=True
     ),
     Picture("convergence", "How the iterations end.", design.convergence),
-    Picture("accuracy", "Torque against twist, and transmission error over one mesh cycle.", design.accuracy),
+    Picture("accuracy", "Torque against twist, and transmission error over one cycle.", design.accuracy),
     Picture(
         "polar_path",
         "Polar grinding: the wheel in the roots, the path of C and X, its feed, its distance from tangency.",

@@ -180,7 +180,13 @@ def test_every_disc_has_its_drawing(rv40e_record: DesignRecord) -> None:
 def test_mass_is_area_times_width_times_density(rv40e_record: DesignRecord) -> None:
     kilograms = rv40e_record.outline.area * 11.5 * 7850e-9
     assert mass_text(rv40e_record) == f"{kilograms:.4g} kg at 7850 kg/m³"
-    for disc, wanted in ((MaterialSpec(3.0, 0.36), ""), (MaterialSpec(3.0, 0.36, "PLA"), "1240 kg/m³")):
+    for disc, wanted in (
+        (MaterialSpec(3.0, 0.36), ""),
+        (MaterialSpec(3.0, 0.36, "pla"), "1240 kg/m³"),
+        (MaterialSpec(170.0, 0.28), ""),
+        (MaterialSpec(170.0, 0.28, "Ductile Iron"), "7100 kg/m³"),
+        (MaterialSpec(170.0, 0.28, "GGG40"), ""),
+    ):
         spec = msgspec.structs.replace(rv40e_record.spec, materials=MaterialsSpec(disc=disc))
         assert mass_text(replace(rv40e_record, spec=spec)).endswith(wanted)
         assert bool(mass_text(replace(rv40e_record, spec=spec))) == bool(wanted)

@@ -31,6 +31,7 @@ from cycloid_profile.measurement import HYSTERESIS, PROFILE_SCAN
 SIGNIFICANT = 3.0  # standard deviations: smaller changes are reported as none
 _DISTINGUISHED = 9.0  # of the misfit: three standard deviations between two explanations
 _ALTERNATIVES = 4  # other changes fitted in place of each
+_LEADING = 3  # hypotheses of the search without smooth errors that are fitted with them
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,8 +82,10 @@ def compare_diagnoses(
     first_search = JointSearch(model, library, progress, smooth=False)
     first_search.search(starting_sets(model, *named))
     search = JointSearch(model, library, progress)
-    state = first_search.best.state
-    search.search([[(state.hypothesis, state.theta)]])
+    # With smooth errors a leading hypothesis may become implausible; that of no effect never does.
+    leading = sorted(first_search.fits.values(), key=lambda one: -one.log_evidence)[:_LEADING]
+    nothing = Hypothesis(frozenset(), frozenset())
+    search.search([[*((one.state.hypothesis, one.state.theta) for one in leading), (nothing, np.zeros(0))]])
     search.fit_alternatives(_ALTERNATIVES)
     best = search.best
     every = _amounts(search, best)

@@ -75,10 +75,12 @@ def _both(state: JointState, peak: float) -> tuple[FloatArray, FloatArray] | Non
 
 
 def _figures(reducer: AsBuiltReducer, peak: float) -> FloatArray:
-    """Friction torque at the peak [N·m], compliance from half to full torque [′/(N·m)] and lost motion [′] without
+    """Friction at zero torque [N·m], compliance from half to full torque [′/(N·m)] and lost motion [′] without
     friction, shape (3,).
+
+    Zero torque is the middle of the loop: at its ends reversals hide how friction grows with the load.
     """
-    friction = (reducer.coulomb_torque + reducer.proportional_friction * peak) / NEWTON_METRE
+    friction = reducer.coulomb_torque / NEWTON_METRE
     smooth = replace(reducer, coulomb_torque=0.0, proportional_friction=0.0, breakaway_torque=0.0, friction_spread=0.0)
     loop = hysteresis_loop(smooth, peak, _POINTS)
     found = evaluate_loop(loop.torque, loop.angle)

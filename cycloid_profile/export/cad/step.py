@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from cycloid_profile.contact.laws import STEEL
 from cycloid_profile.design import DesignRecord, output_sizes
 from cycloid_profile.export.cad.areas import measures_of
 from cycloid_profile.export.cad.parts import (
@@ -27,7 +26,8 @@ from cycloid_profile.export.curves import FIT_SHARE, ProfileSource, SplinePiece,
 from cycloid_profile.export.writing import SingleFileExporter, WrittenFile, require_cad_kernel
 from cycloid_profile.geometry import DiscOutline
 from cycloid_profile.spec.model import MaterialSpec
-from cycloid_profile.units import DEGREE, GPA, UM
+from cycloid_profile.spec.model.materials import is_like_steel
+from cycloid_profile.units import DEGREE, UM
 
 _DISC_COLOUR = (0.70, 0.75, 0.80)
 _COLOURS = {
@@ -182,6 +182,5 @@ def part_material(record: DesignRecord, part: StagePart) -> CadMaterial:
 def cad_material(material: MaterialSpec) -> CadMaterial:
     """Material of a part, named as in the spec; without a name, "steel" if its modulus is near that of steel, else
     "unnamed"."""
-    like_steel = 0.9 < material.youngs_modulus_gpa * GPA / STEEL.youngs_modulus < 1.1
-    name = material.name or ("steel" if like_steel else "unnamed")
+    name = material.name or ("steel" if is_like_steel(material.youngs_modulus_gpa) else "unnamed")
     return CadMaterial(name, f"E = {material.youngs_modulus_gpa:g} GPa, Poisson's ratio {material.poisson_ratio:g}")

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from typing import NamedTuple
 
 from cycloid_profile.design import DesignRecord, disc_parts
+from cycloid_profile.errors import SpecError
 from cycloid_profile.export.drawing._tolerances import Tolerance, Tolerances
 from cycloid_profile.geometry import OverRollers, least_radii, modification_sizes, over_rollers
-from cycloid_profile.spec.model.materials import MATERIALS
+from cycloid_profile.spec.model.materials import is_like_steel, named_material
 from cycloid_profile.units import UM
 
 _ROLLER_STEP = 0.5  # mm, step of standard roller diameters
@@ -43,15 +45,17 @@ def title(record: DesignRecord) -> str:
 def material(record: DesignRecord) -> str:
     """Name of the disc's material in the spec, else derived from its modulus."""
     disc = record.spec.materials.disc
-    return disc.name or ("steel" if disc.youngs_modulus_gpa > 150.0 else f"E = {disc.youngs_modulus_gpa:g} GPa")
+    return disc.name or ("steel" if is_like_steel(disc.youngs_modulus_gpa) else f"E = {disc.youngs_modulus_gpa:g} GPa")
 
 
 def mass_text(record: DesignRecord) -> str:
     """Mass of the disc, area times width times density; empty where the density is not known."""
     disc = record.spec.materials.disc
-    known = {one.name: one.density_kg_per_m3 for one in MATERIALS}
-    usual = known["steel"] if disc.youngs_modulus_gpa > 150.0 else None
-    density = disc.density_kg_per_m3 or known.get(disc.name, usual)
+    density = disc.density_kg_per_m3
+    if density is None:
+        # A name that the table lacks says nothing about the density.
+        with suppress(SpecError):
+            density = named_material(material(record)).density_kg_per_m3
     if density is None:
         return ""
     # kg of mm³ × kg/m³.

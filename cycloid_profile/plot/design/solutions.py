@@ -26,14 +26,15 @@ def accuracy(result: DesignRecord | Accuracy, ax: Any = None) -> Any:
         name, cases = result.spec.name, [("conventional", CONVENTIONAL, result.conventional_accuracy)]
         if result.compensation is not None:
             cases.append(("compensated", COMPENSATED, result.compensated_accuracy))
-    pitch = 360.0 / cases[0][2].case.drive.trochoid.pins
     with canvas(ax, (10.0, 4.6), 1, 2, width_ratios=(1.2, 1.0)) as drawn:
         left, right = drawn.axes
         for label, look, found in cases:
             _torque_over_twist(left, found, label, look)
             error = found.rotation[LOAD_SHARES.index(1.0)]
+            angle = found.crank_angle * 180.0 / np.pi
+            whole = angle[-1] + angle[1] - angle[0]
             right.plot(
-                np.append(found.crank_angle * 180.0 / np.pi, pitch),
+                np.append(angle, whole),
                 np.append(error, error[0]) / ARCSEC - error.mean() / ARCSEC,
                 **look,
                 label=f"{label}: {found.transmission_error / ARCSEC:.3f}″ peak to peak",
@@ -42,8 +43,8 @@ def accuracy(result: DesignRecord | Accuracy, ax: Any = None) -> Any:
         left.set(xlabel="twist of the output, input held [′]", ylabel="torque [N·m]")
         left.set_title("torque and twist, no friction")
         headroom(left, 0.35)
-        right.set(xlabel="crank angle over one mesh cycle [°]", ylabel="transmission error [″]")
-        right.set(title="at rated torque", xlim=(0.0, pitch))
+        right.set(xlabel="crank angle over one cycle [°]", ylabel="transmission error [″]")
+        right.set(title="at rated torque", xlim=(0.0, whole))
         headroom(right, 0.3)
         for axes in drawn.axes:
             axes.legend(loc="upper left", fontsize=9)

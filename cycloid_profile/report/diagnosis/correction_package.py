@@ -130,7 +130,8 @@ def write_correction(
     ``formats`` and ``wheel_radius`` of the programs [mm], that of the spec unless given. Formats of the finished disc
     or stage are not written: ``skipped`` of the result names the reason. ``pdf``: write the report as PDF, too.
     """
-    disc, skipped = corrected_disc(found, spec, wheel_radius)
+    disc, files_of_csv = corrected_disc(found, spec, wheel_radius)
+    skipped = dict(files_of_csv) if "csv" in formats else {}
     skipped |= {name: NOT_OF_A_CORRECTION[name] for name in formats if name in NOT_OF_A_CORRECTION}
     wanted = [name for name in formats if name not in skipped]
     with atomic_folder(folder, protection) as scratch, CadProcess(wanted) as process:

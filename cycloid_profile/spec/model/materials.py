@@ -60,6 +60,11 @@ def named_material(name: str) -> NamedMaterial:
     return known[wanted]
 
 
+def is_like_steel(youngs_modulus_gpa: float) -> bool:
+    """Whether a modulus is within 10 % of that of steel, so that a material without a name is taken for steel."""
+    return abs(youngs_modulus_gpa / named_material("steel").youngs_modulus_gpa - 1.0) < 0.1
+
+
 def material_values(name: str) -> dict[str, Any]:
     """Keys of a material's table in the spec file."""
     found = named_material(name)
