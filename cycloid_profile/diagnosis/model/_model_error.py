@@ -15,7 +15,7 @@ from cycloid_profile.contact.stage import LoadedContacts
 from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.data.recording import FRICTION_MARGIN, NEAR_ZERO, Recording, torque_since_reversal
 from cycloid_profile.diagnosis.model.priors import priors_of
-from cycloid_profile.effects import AsBuiltReducer, loop_branches
+from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.errors import CycloidError
 from cycloid_profile.geometry import Trochoid
 from cycloid_profile.measurement import HYSTERESIS, PROFILE_SCAN
@@ -140,7 +140,8 @@ def form_error(
 def _form_error_of_loop(signature: FloatArray, recording: Recording) -> FloatArray:
     """Elastic effects follow the torque alone; only what depends on the path can err in its path."""
     whole = recording.measurement["torque_nm"] / float(np.max(np.abs(recording.measurement["torque_nm"])))
-    direction = loop_branches(whole)
+    direction = np.sign(np.diff(whole, prepend=whole[0]))
+    direction[0] = direction[1]
     t, branch = whole[recording.rows], direction[recording.rows]
     past = torque_since_reversal(whole, direction)[recording.rows]
     smooth = np.stack([np.ones_like(t), t, t * t, t**3, np.sign(t), np.abs(t)], axis=1)
