@@ -11,7 +11,7 @@ from cycloid_profile.cli.output._options import (
     Plugins,
     Quiet,
     SpecFile,
-    checked_pdf,
+    check_pdf,
     output_folder,
     protection_of,
     read_with_plugins,
@@ -40,7 +40,7 @@ def build(
     from cycloid_profile.report.design import REPORT, build_package, terminal_tables, warnings
 
     folder = output_folder(out, spec)
-    checked_pdf(pdf)
+    check_pdf(pdf)
     protection = protection_of(force, spec, *plugin, json=json)
     with progress(quiet, allow_large) as show_step:
         show_step("reading the spec")

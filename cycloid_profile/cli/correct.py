@@ -15,7 +15,7 @@ from cycloid_profile.cli.output._options import (
     Pdf,
     Plugins,
     Quiet,
-    checked_pdf,
+    check_pdf,
     keep_columns,
     output_folder,
     protection_of,
@@ -70,7 +70,7 @@ def correct(
     from cycloid_profile.export import ascii_name_notes
     from cycloid_profile.report.diagnosis import correct_scans, correction_sentences, correction_tables
 
-    checked_pdf(pdf)
+    check_pdf(pdf)
     require_files(scans, "profile scans")
     protection = protection_of(force, spec, *scans, *plugin, json=json)
     folder = output_folder(out, spec, "correct")

@@ -17,7 +17,7 @@ from cycloid_profile.cli.output._options import (
     Pdf,
     Plugins,
     Quiet,
-    checked_pdf,
+    check_pdf,
     keep_columns,
     output_folder,
     protection_of,
@@ -64,7 +64,7 @@ def diagnose(
     data
         Measured files (CSV), also of other programs, explained together.
     """
-    checked_pdf(pdf)
+    check_pdf(pdf)
     protection = protection_of(force, spec, *data, *held_out, *against, *plugin, json=json)
     if plan:
         return _plan_measurements(spec, plugin, output_folder(out, spec) / "diagnosis", protection, quiet, allow_large)

@@ -15,7 +15,7 @@ from cycloid_profile.cli.output._options import (
     Pdf,
     Plugins,
     Quiet,
-    checked_pdf,
+    check_pdf,
     keep_columns,
     output_folder,
     protection_of,
@@ -55,7 +55,7 @@ def inspect(
     from cycloid_profile.design import design_disc
     from cycloid_profile.report import inspection_table, inspection_to_json, write_inspection
 
-    checked_pdf(pdf)
+    check_pdf(pdf)
     protection = protection_of(force, spec, scan, *plugin, json=json)
     folder = output_folder(out, spec, "inspect")
     with progress(quiet, allow_large) as show_step:

@@ -15,7 +15,7 @@ from cycloid_profile.cli.output._options import (
     Pdf,
     Plugins,
     Quiet,
-    checked_pdf,
+    check_pdf,
     output_folder,
     protection_of,
     read_with_plugins,
@@ -68,7 +68,7 @@ def tolerance(
     from cycloid_profile.report.tolerance import to_json, write_tolerance
     from cycloid_profile.tolerance.study import Cluster, Threads, Workers
 
-    checked_pdf(pdf)
+    check_pdf(pdf)
     protection = protection_of(force, spec, *plugin, json=json)
     changed = {"samples": samples, "loaded_samples": loaded_samples, "seed": seed, "sequence": sequence}
     wanted = with_tolerance_values(read_with_plugins(spec, plugin), changed)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import singledispatch
+from functools import cached_property, singledispatch
 from itertools import starmap
 from pathlib import Path
 from typing import Any
@@ -14,14 +14,14 @@ from cycloid_profile import plot
 from cycloid_profile._display import finite
 from cycloid_profile.articles import PlainTable
 from cycloid_profile.articles.tables import ABSENT
-from cycloid_profile.design import design_disc
+from cycloid_profile.design import DesignRecord, design_disc
 from cycloid_profile.diagnosis import screen_files
 from cycloid_profile.diagnosis.model import quality_of
 from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.errors import MeasurementError
 from cycloid_profile.export.inspection import CheckResult, inspect_scan
 from cycloid_profile.export.writing import PROTECTED, Protection, atomic_folder
-from cycloid_profile.measurement import Measurement, MeasurementKind, ProfileScan, format_measurement
+from cycloid_profile.measurement import PROFILE_SCAN, Measurement, MeasurementKind, ProfileScan, format_measurement
 from cycloid_profile.rig import (
     ComparedFigure,
     ComparedFigures,
@@ -61,37 +61,59 @@ def write_comparison(
     """
     progress("checking the files")
     measurements, _ = screen_files(reducer, measurements)
+    expected = _Expected(reducer, spec, disc)
     compared = []
     with atomic_folder(folder, protection) as scratch:
         for number, measurement in enumerate(measurements, 1):
             progress(f"comparing {measurement.name}")
             residual = measurement_residual(reducer, measurement, disc)
-            figures = _figures(measurement.kind, residual, spec, disc)
+            figures = _figures(measurement.kind, residual, expected)
             picture = f"{number}_{Path(measurement.name).stem}.png"
             plot.save_png(plot.comparison(residual, name=spec.name), scratch / picture)
             compared.append(ComparedFile(residual, figures, folder / picture))
     return compared
 
 
+@dataclass(frozen=True)
+class _Expected:
+    """What the files are compared with; the design and the checks of the ``disc`` serve all scans."""
+
+    reducer: AsBuiltReducer
+    spec: Spec
+    disc: int
+
+    @cached_property
+    def record(self) -> DesignRecord:
+        """The design that the spec states."""
+        return design_disc(self.spec)
+
+    @cached_property
+    def checks(self) -> tuple[CheckResult, ...]:
+        """Checks of an inspection of the predicted tooth."""
+        return self.inspected(simulate(self.reducer, PROFILE_SCAN, Settings(disc=self.disc)))
+
+    def inspected(self, scan: Measurement) -> tuple[CheckResult, ...]:
+        """Checks of an inspection of a scan; raises as ``inspect_scan``."""
+        quality = quality_of(self.spec.quality, self.record.case.disc_material.youngs_modulus)
+        return inspect_scan(self.record, scan, quality).checks
+
+
 @singledispatch
-def _figures(kind: MeasurementKind, residual: MeasurementResidual, spec: Spec, disc: int) -> ComparedFigures:  # noqa: ARG001
+def _figures(kind: MeasurementKind, residual: MeasurementResidual, expected: _Expected) -> ComparedFigures:  # noqa: ARG001
     """Figures of a curve of this ``kind``, with the limits of the spec as tolerances."""
-    found, limits = compared_figures(residual), spec.tolerance.limits
+    found, limits = compared_figures(residual), expected.spec.tolerance.limits
     within = tuple(replace(each, tolerance=getattr(limits, each.name.limit, None)) for each in found.figures)
     return replace(found, figures=within)
 
 
 @_figures.register
-def _(kind: ProfileScan, residual: MeasurementResidual, spec: Spec, disc: int) -> ComparedFigures:
+def _(_: ProfileScan, residual: MeasurementResidual, expected: _Expected) -> ComparedFigures:
     """Checks of an inspection, of the scan and of the predicted tooth, with their tolerances."""
-    record = design_disc(spec)
-    quality = quality_of(spec.quality, record.case.disc_material.youngs_modulus)
     try:
-        of_scan = inspect_scan(record, residual.measurement, quality)
+        of_scan = expected.inspected(residual.measurement)
     except MeasurementError as error:
         return ComparedFigures((), (f"no figures: {error}",))
-    of_teeth = inspect_scan(record, simulate(residual.reducer, kind, Settings(disc=disc)), quality)
-    return ComparedFigures(tuple(starmap(_of_check, zip(of_scan.checks, of_teeth.checks, strict=True))))
+    return ComparedFigures(tuple(starmap(_of_check, zip(of_scan, expected.checks, strict=True))))
 
 
 def _of_check(measured: CheckResult, predicted: CheckResult) -> ComparedFigure:

@@ -109,9 +109,9 @@ class Branch:
     joint: float = 0.0
 
     @property
-    def ends(self) -> tuple[float, float]:
-        """Smallest and largest torque [N·mm]."""
-        return min(float(T[0]) for T, _ in self.sweeps), max(float(T[-1]) for T, _ in self.sweeps)
+    def largest(self) -> float:
+        """Largest torque [N·mm]."""
+        return max(float(T[-1]) for T, _ in self.sweeps)
 
     @property
     def step_at_zero(self) -> float:
@@ -180,7 +180,7 @@ def evaluate_loop(torque: FloatArray, angle: FloatArray, rated: float | None = N
         limit = "does not change between half and full torque"
         raise MeasurementError("angle of the loop", "", limit, "take less friction or more torque", "")
     of_full = rigidity[-1][np.isfinite(rigidity[-1])]
-    half, full = 0.5 * reference, min(reference, rising.ends[1])
+    half, full = 0.5 * reference, min(reference, rising.largest)
     read = rising.at(np.array([half, full])).tolist()
     return LoopFigures(
         torque=torque,

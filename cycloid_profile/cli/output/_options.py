@@ -78,13 +78,12 @@ def read_with_plugins(spec: Path, plugins: Sequence[str]) -> Spec:
     return read_spec(spec)
 
 
-def checked_pdf(pdf: bool) -> bool:
-    """The option ``--pdf``; raises ``ExportError`` where its library is missing, before anything is computed."""
+def check_pdf(pdf: bool) -> None:
+    """Raise ``ExportError`` where the library of ``--pdf`` is missing, before anything is computed."""
     if pdf:
         from cycloid_profile.report import require_pdf
 
         require_pdf()
-    return pdf
 
 
 def protection_of(force: bool, *inputs: Path | str, json: Path | None = None) -> Protection:
