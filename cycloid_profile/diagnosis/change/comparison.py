@@ -6,32 +6,32 @@ than an amount.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.diagnosis import _tuned as tuned
-from cycloid_profile.diagnosis.change._joint_model import Hypothesis, JointFit, JointModel
-from cycloid_profile.diagnosis.change._joint_search import JointSearch, starting_sets
 from cycloid_profile.diagnosis.change.amounts import AmountChange, amount_to_json, number_or_none
 from cycloid_profile.diagnosis.change.loop_figures import FigureChange, figures_of_loop
-from cycloid_profile.diagnosis.data.recording import use_all_rows
+from cycloid_profile.diagnosis.data.recording import Recording, use_all_rows
 from cycloid_profile.diagnosis.model.candidate import Candidate, candidates
-from cycloid_profile.diagnosis.model.evidence import Library
+from cycloid_profile.diagnosis.model.detection import largest_gain
+from cycloid_profile.diagnosis.model.evidence import estimate
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
 from cycloid_profile.diagnosis.model.residuals import Residuals, fitted_rms
+from cycloid_profile.diagnosis.model.whitened import normal_equations
+from cycloid_profile.diagnosis.search.search import SearchResult, search_effects
+from cycloid_profile.diagnosis.verdict._alternatives import ambiguity_group
 from cycloid_profile.diagnosis.verdict.json_output import rounded_number
-from cycloid_profile.diagnosis.verdict.result import Diagnosis, FileGap
+from cycloid_profile.diagnosis.verdict.result import Diagnosis
 from cycloid_profile.effects import EffectLocation
-from cycloid_profile.measurement import HYSTERESIS, PROFILE_SCAN
+from cycloid_profile.measurement import PROFILE_SCAN
 
 SIGNIFICANT = 3.0  # standard deviations: smaller changes are reported as none
-_DISTINGUISHED = 9.0  # of the misfit: three standard deviations between two explanations
-_ALTERNATIVES = 4  # other changes fitted in place of each
-_LEADING = 3  # hypotheses of the search without smooth errors that are fitted with them
+_SAME = 1e-3  # of torque and angle: files with keys this close were measured in the same way
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,68 +74,78 @@ def compare_diagnoses(
 ) -> Comparison:
     """What changed between two diagnoses of one specimen on the same reducer of the spec."""
     progress("comparing both times")
-    first, second = _model(before), _model(after)
-    model = JointModel(first, second)
+    model = _both_times(before, after)
     named = [_effects(one, model.only_loops) for one in (before, after)]
-    library = _library(model, [one for some in named for one in some])
-    # Smooth errors hide friction and compliance from a search that begins with nothing.
-    first_search = JointSearch(model, library, progress, smooth=False)
-    first_search.search(starting_sets(model, *named))
-    search = JointSearch(model, library, progress)
-    # With smooth errors a leading hypothesis may become implausible; that of no effect never does.
-    leading = sorted(first_search.fits.values(), key=lambda one: -one.log_evidence)[:_LEADING]
-    nothing = Hypothesis(frozenset(), frozenset())
-    search.search([[*((one.state.hypothesis, one.state.theta) for one in leading), (nothing, np.zeros(0))]])
-    search.fit_alternatives(_ALTERNATIVES)
-    best = search.best
-    every = _amounts(search, best)
-    changes = [
-        one for one in every if one.significance >= SIGNIFICANT and one.candidate in best.state.hypothesis.changed
-    ]
+    amounts = _amounts_to_ask(model, [one for some in named for one in some])
+    library = [*amounts, *(one.change for one in amounts)]
+    gain = largest_gain(normal_equations(model.baseline.blocks, library))
+    found = search_effects(model, library, gain, progress, _starts(*named))
+    every = _amounts(found, progress)
+    changed = [one for one in found.best.members if one.is_change]
+    changes = [one for one in every if one.significance >= SIGNIFICANT and one.candidate.change in changed]
     return Comparison(
         before,
         after,
         tuple(sorted(changes, key=lambda one: -one.significance)),
         tuple(one for one in every if one not in changes and np.any(one.before)),
-        _figures(model, search, best),
-        _files(model, best),
-        _notes(model, search),
+        _figures(found),
+        _files(found),
+        _notes(found),
     )
 
 
-def _model(diagnosis: Diagnosis) -> ExactModel:
-    """The files to explain with all their rows, on the reducer of the spec."""
-    gaps = _explained(diagnosis)
-    recordings = [use_all_rows(gap.recording) for gap in gaps]
-    return ExactModel(diagnosis.reducer, recordings, gaps[0].before.flank_grid, [gap.before for gap in gaps])
+def pairs_of(before: Sequence[Recording], after: Sequence[Recording]) -> tuple[tuple[int, int], ...]:
+    """Numbers of the files before and after that were measured in the same way; each file once."""
+    free = list(range(len(after)))
+    found = []
+    for i, one in enumerate(before):
+        same = next((j for j in free if _comparable(one, after[j])), None)
+        if same is not None:
+            free.remove(same)
+            found.append((i, same))
+    return tuple(found)
 
 
-def _explained(diagnosis: Diagnosis) -> list[FileGap]:
-    return [gap for gap in diagnosis.gaps if not np.all(gap.recording.held_out)]
+def _comparable(one: Recording, other: Recording) -> bool:
+    """Whether two files have the same kind, disc, torque and output angle."""
+    if one.kind is not other.kind or one.disc != other.disc:
+        return False
+    for key in ("torque_nm", "output_angle_deg"):
+        a, b = one.measurement.number(key), other.measurement.number(key)
+        if (a is None) != (b is None) or (a is not None and b is not None and abs(a - b) > _SAME * max(abs(a), 1.0)):
+            return False
+    return True
+
+
+def _both_times(before: Diagnosis, after: Diagnosis) -> ExactModel:
+    """The files that were explained at both times with all their rows, on the reducer of the spec."""
+    gaps = [[gap for gap in one.gaps if not np.all(gap.recording.held_out)] for one in (before, after)]
+    pairs = pairs_of(*([gap.recording for gap in some] for some in gaps))
+    residuals = []
+    for time, some in enumerate(gaps):
+        pair = {one[time]: number for number, one in enumerate(pairs)}
+        for i, gap in enumerate(some):
+            recording = replace(use_all_rows(gap.recording), later=bool(time), pair=pair.get(i))
+            residuals.append(gap.before.under(recording))
+    return ExactModel(before.reducer, [r.recording for r in residuals], residuals[0].flank_grid, residuals)
 
 
 def _effects(diagnosis: Diagnosis, only_loops: bool) -> dict[Candidate, FloatArray]:
     """Named effects with their coordinates in prior widths, without those that loops do not show."""
     return {
-        one.candidate: _padded(one.coordinates) / one.candidate.width
+        one.candidate: np.pad(np.asarray(one.coordinates), (0, 2 - len(one.coordinates))) / one.candidate.width
         for one in diagnosis.effects
         if not (only_loops and _is_hidden_in_loops(one.candidate))
     }
 
 
-def _padded(x: FloatArray) -> FloatArray:
-    return np.pad(np.asarray(x, dtype=np.float64), (0, 2 - len(x)))
-
-
-def _library(model: JointModel, named: Sequence[Candidate]) -> Library:
+def _amounts_to_ask(model: ExactModel, named: Sequence[Candidate]) -> tuple[Candidate, ...]:
     """Hypotheses that the files can show, and those named already."""
-    recordings = (*model.before.recordings, *model.after.recordings)
-    scanned = frozenset(r.disc for r in recordings if r.kind is PROFILE_SCAN)
-    found = candidates(model.before.reducer, scanned, any(r.kind.is_curve for r in recordings))
+    scanned = frozenset(r.disc for r in model.recordings if r.kind is PROFILE_SCAN)
+    found = candidates(model.reducer, scanned, any(r.kind.is_curve for r in model.recordings))
     if model.only_loops:
         found = tuple(one for one in found if not _is_hidden_in_loops(one))
-    most = max((r.rows.size for r in recordings if r.kind is not HYSTERESIS), default=2)
-    return Library(found, most).with_more(named)
+    return tuple(dict.fromkeys([*found, *named]))
 
 
 def _is_hidden_in_loops(candidate: Candidate) -> bool:
@@ -145,73 +155,86 @@ def _is_hidden_in_loops(candidate: Candidate) -> bool:
     return candidate.angle is not None or single or one_disc
 
 
-def _amounts(search: JointSearch, best: JointFit) -> list[AmountChange]:
-    """Every effect of a fit with its change; an effect without one gets the change that the data allow."""
-    hypothesis = best.state.hypothesis
-    found = []
-    for member in hypothesis.after:
-        theta, covariance, owner = best.state.theta, best.covariance, hypothesis
-        if member not in hypothesis.changed:
-            owner = Hypothesis(hypothesis.common, hypothesis.changed | {member})
-            theta, covariance = search.estimate(best, owner)
-        where = _places(owner, member)
-        full, x = np.zeros((4, 4)), np.zeros(4)
-        used = [k for k, i in enumerate(where) if i is not None]
-        rows = [i for i in where if i is not None]
-        x[used] = theta[rows] * member.width
-        full[np.ix_(used, used)] = covariance[np.ix_(rows, rows)] * member.width**2
-        if not search.model.only_scans:
-            # What changed may respond in another form than the library's. A scan shows the size itself.
-            full[2:, 2:] += tuned.FORM**2 * np.outer(x[2:], x[2:])
-        changed = member in hypothesis.changed
-        group = search.alternatives(best, member, _DISTINGUISHED) if changed else (member.name,)
-        evidence = search.evidence_of_change(best, member) if changed else 0.0
-        found.append(AmountChange(member, x[:2], x[2:], full, group, evidence))
+def _starts(
+    before: Mapping[Candidate, FloatArray], after: Mapping[Candidate, FloatArray]
+) -> list[tuple[list[Candidate], FloatArray]]:
+    """The effects of either diagnosis and of both, unchanged and all changed."""
+    none, found = np.zeros(2), []
+    for known in (before, after, {**after, **before}):
+        # Of two places of one effect the first stays.
+        common = list({one.name: one for one in reversed(list(known))}.values())
+        u = [before.get(one, after.get(one, none)) for one in common]
+        rise = [after[one] - before[one] if one in before and one in after else none for one in common]
+        if common:
+            found.append((common, np.concatenate(u)))
+            found.append(([*common, *(one.change for one in common)], np.concatenate([*u, *rise])))
     return found
 
 
-def _places(hypothesis: Hypothesis, member: Candidate) -> list[int | None]:
-    """Index of each coordinate before and of the change; None before of a new effect."""
-    n = len(hypothesis.before)
-    first: list[int | None] = [None, None]
-    if member in hypothesis.common:
-        i = 2 * hypothesis.before.index(member)
-        first = [i, i + 1]
-    k = 2 * (n + hypothesis.changes.index(member))
-    return [*first, k, k + 1]
+def _amounts(found: SearchResult, progress: Callable[[str], None]) -> list[AmountChange]:
+    """Every effect of the best set with its change; an effect without one gets the change that the data allow."""
+    members, scale = list(found.best.members), _excess(found)
+    about_best = normal_equations(found.model.at(found.best).blocks, found.library.candidates)
+    described = []
+    for one in dict.fromkeys(member.amount for member in members):
+        some = members if one.change in members else [*members, one.change]
+        u, covariance = estimate(found.equations, found.library.places(some))
+        if some is members:
+            u = found.best.u
+        where = [some.index(part) if part in some else None for part in (one, one.change)]
+        full, x = np.zeros((4, 4)), np.zeros(4)
+        used = np.array([2 * k + c for k, i in enumerate(where) if i is not None for c in range(2)])
+        rows = np.array([2 * i + c for i in where if i is not None for c in range(2)])
+        x[used] = u[rows] * one.width
+        full[np.ix_(used, used)] = scale * covariance[np.ix_(rows, rows)] * one.width**2
+        if not found.model.only_scans:
+            # What changed may respond in another form than the library's. A scan shows the size itself.
+            full[2:, 2:] += tuned.FORM**2 * np.outer(x[2:], x[2:])
+        group: tuple[str, ...] = (one.name,)
+        gain = 0.0
+        if some is members:
+            i = members.index(one.change)
+            others = ambiguity_group(found, about_best, i, progress)
+            group = tuple(dict.fromkeys([one.name, *(other.name for other in others)]))
+            gain = found.best.log_evidence - found.evidence([*members[:i], *members[i + 1 :]])
+        described.append(AmountChange(one, x[:2], x[2:], full, group, gain))
+    return described
 
 
-def _figures(model: JointModel, search: JointSearch, best: JointFit) -> tuple[FigureChange, ...]:
+def _excess(found: SearchResult) -> float:
+    """Variance that the best set leaves, in units of that of the noise, at least 1."""
+    return max(found.best.chi2 / max(found.best.rows, 1), 1.0)
+
+
+def _figures(found: SearchResult) -> tuple[FigureChange, ...]:
     """Figures of the loop, with all effects free to change."""
-    hypothesis = best.state.hypothesis
-    every = Hypothesis(hypothesis.common, hypothesis.changed | hypothesis.common)
-    theta, covariance = search.estimate(best, every)
-    state = model.state(every, theta)
-    return () if state is None else figures_of_loop(model, state, covariance)
+    members = list(found.best.members)
+    every = [*members, *(one.change for one in members if not one.is_change and one.change not in members)]
+    u, covariance = estimate(found.equations, found.library.places(every))
+    return figures_of_loop(found.model, every, u, _excess(found) * covariance)
 
 
-def _files(model: JointModel, best: JointFit) -> tuple[FilePair, ...]:
-    state = best.state
-    without = model.after.state(state.hypothesis.before, state.u)
-    unchanged = (without or model.after.baseline).residuals
+def _files(found: SearchResult) -> tuple[FilePair, ...]:
+    best, model = found.best, found.model
+    lasting = [i for i, one in enumerate(best.members) if not one.is_change]
+    u = np.concatenate([np.zeros(0), *(best.u[2 * i : 2 * i + 2] for i in lasting)])
+    unchanged = model.state([best.members[i] for i in lasting], u) or model.baseline
+    fitted = model.at(best).residuals
+    earlier = {one.recording.pair: one for one in fitted if not one.recording.later}
     return tuple(
-        FilePair(
-            None if pair.before is None else state.before.residuals[pair.before],
-            unchanged[pair.after],
-            state.after.residuals[pair.after],
-        )
-        for pair in model.pairs
-        if pair.after is not None
+        FilePair(None if one.recording.pair is None else earlier[one.recording.pair], still, one)
+        for one, still in zip(fitted, unchanged.residuals, strict=True)
+        if one.recording.later
     )
 
 
-def _notes(model: JointModel, search: JointSearch) -> tuple[str, ...]:
-    alone = [model.before.recordings[p.before].name for p in model.pairs if p.before is not None and p.after is None]
-    alone += [model.after.recordings[p.after].name for p in model.pairs if p.after is not None and p.before is None]
+def _notes(found: SearchResult) -> tuple[str, ...]:
     notes = [
-        f"{name} has no counterpart measured in the same way: its error of the model does not cancel" for name in alone
+        f"{r.name} has no counterpart measured in the same way: its error of the model does not cancel"
+        for r in found.model.recordings
+        if r.pair is None
     ]
-    if search.limited:
+    if found.limited:
         notes.append("the comparison reached its limit of fits: other changes may explain more")
     return tuple(notes)
 

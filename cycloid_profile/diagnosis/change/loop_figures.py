@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.diagnosis import _tuned as tuned
-from cycloid_profile.diagnosis.change._joint_model import JointModel, JointState
+from cycloid_profile.diagnosis.model.candidate import Candidate
+from cycloid_profile.diagnosis.model.exact_model import ExactModel, State
 from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.errors import CycloidError
 from cycloid_profile.measurement import HYSTERESIS
@@ -40,23 +42,22 @@ class FigureChange:
         return abs(self.change) / self.uncertainty if self.uncertainty > 0.0 else float("inf") if self.change else 0.0
 
 
-def figures_of_loop(model: JointModel, state: JointState, covariance: FloatArray) -> tuple[FigureChange, ...]:
-    """Friction, compliance and lost motion at both times, with the covariance of all coordinates of a state.
+def figures_of_loop(
+    model: ExactModel, members: Sequence[Candidate], u: FloatArray, covariance: FloatArray
+) -> tuple[FigureChange, ...]:
+    """Friction, compliance and lost motion at both times, with ``members`` at coordinates ``u`` and their covariance.
 
     Empty without a loop. A change has a further error of ``FORM`` of itself, as that of an effect.
     """
-    loops = [r.measurement for r in (*model.before.recordings, *model.after.recordings) if r.kind is HYSTERESIS]
-    peak = min((float(np.max(np.abs(one["torque_nm"]))) for one in loops), default=0.0) * NEWTON_METRE
-    now = _both(state, peak) if loops else None
+    peak = min((r.peak_torque_nm for r in model.recordings if r.kind is HYSTERESIS), default=0.0) * NEWTON_METRE
+    state = model.state(members, u) if peak else None
+    now = None if state is None else _both(state, peak)
     if now is None:
         return ()
-    slopes = np.zeros((len(NAMES), state.theta.size))
-    owners = state.hypothesis.coordinates
-    for k in (k for k in range(state.theta.size) if k % 2 < owners[k // 2].coordinates):
+    slopes = np.zeros((len(NAMES), u.size))
+    for k in (k for k in range(u.size) if k % 2 < members[k // 2].coordinates):
         step = _STEP * float(np.sqrt(covariance[k, k]))
-        theta = state.theta.copy()
-        theta[k] += step
-        moved = model.state(state.hypothesis, theta)
+        moved = model.state(members, u + step * (np.arange(u.size) == k))
         found = None if moved is None else _both(moved, peak)
         if found is not None:
             slopes[:, k] = ((found[1] - found[0]) - (now[1] - now[0])) / step
@@ -67,9 +68,12 @@ def figures_of_loop(model: JointModel, state: JointState, covariance: FloatArray
     )
 
 
-def _both(state: JointState, peak: float) -> tuple[FloatArray, FloatArray] | None:
+def _both(state: State, peak: float) -> tuple[FloatArray, FloatArray] | None:
+    earlier, later = (
+        next(one.reducer for one in state.residuals if one.recording.later == time) for time in (False, True)
+    )
     try:
-        return _figures(state.before.reducer, peak), _figures(state.after.reducer, peak)
+        return _figures(earlier, peak), _figures(later, peak)
     except CycloidError:
         return None
 

@@ -62,7 +62,8 @@ class Recording:
     check. ``disc``: scanned disc, counted from 0. ``placed``: first registration of a scan.
     ``predicted``: first prediction of a curve. ``notes``: sentences about the data. ``lobes_covered``:
     number of lobes that a scan shows. ``drift``: standard deviation of a drift, from the middle to either end of a
-    curve, in the unit of the column; 0 if the rows show none.
+    curve, in the unit of the column; 0 if the rows show none. ``later``: measured after changes of the specimen.
+    ``pair``: number shared with the file of the other time that was measured in the same way; None without one.
     """
 
     measurement: Measurement
@@ -75,6 +76,8 @@ class Recording:
     predicted: CurvePrediction | None = None
     lobes_covered: int = 0
     drift: float = 0.0
+    later: bool = False
+    pair: int | None = None
 
     @property
     def kind(self) -> MeasurementKind:
@@ -90,6 +93,11 @@ class Recording:
     def unit(self) -> str:
         """Unit of residual and noise, such as ``um``."""
         return self.kind.unit
+
+    @property
+    def peak_torque_nm(self) -> float:
+        """Largest torque of a loop, 0 of other files."""
+        return float(np.max(np.abs(self.measurement["torque_nm"]))) if self.kind is HYSTERESIS else 0.0
 
     @property
     def accuracy(self) -> float:

@@ -15,7 +15,7 @@ from cycloid_profile.contact.stage import LoadedContacts
 from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.data.recording import FRICTION_MARGIN, NEAR_ZERO, Recording, torque_since_reversal
 from cycloid_profile.diagnosis.model.priors import priors_of
-from cycloid_profile.effects import AsBuiltReducer
+from cycloid_profile.effects import AsBuiltReducer, loop_branches
 from cycloid_profile.errors import CycloidError
 from cycloid_profile.geometry import Trochoid
 from cycloid_profile.measurement import HYSTERESIS, PROFILE_SCAN
@@ -70,6 +70,24 @@ def path_error(reducer: AsBuiltReducer, curve: LinearisedCurve, recording: Recor
     torque = recording.measurement["torque_nm"]
     path = np.cumsum(np.abs(np.diff(torque, prepend=torque[0]))) / (tuned.LOOP_PATH_STEP * np.max(np.abs(torque)))
     return share * _whole_twist(curve) * hat_functions(path[recording.rows], int(np.ceil(path[-1])) + 1)
+
+
+def branch_error(
+    reducer: AsBuiltReducer, curve: LinearisedCurve, recording: Recording, peak: float, size: float | None = None
+) -> FloatArray:
+    """The same with hat functions over the torque of each branch, up to ``peak`` [N·m], shape (rows, columns).
+
+    ``size``: twist of which it is a share, the whole twist if None.
+    """
+    share = tuned.LOOP_PATH[priors_of(reducer).quality]
+    if not share:
+        return np.zeros((recording.rows.size, 0))
+    torque = recording.measurement["torque_nm"]
+    branch = loop_branches(torque)[recording.rows]
+    count = round(2.0 / tuned.LOOP_PATH_STEP) + 1
+    hats = hat_functions((torque[recording.rows] / peak + 1.0) * 0.5 * (count - 1), count)
+    sides = [hats * (branch == sign)[:, np.newaxis] for sign in (1.0, -1.0)]
+    return share * (_whole_twist(curve) if size is None else size) * np.hstack(sides)
 
 
 def row_error(reducer: AsBuiltReducer, curve: LinearisedCurve, recording: Recording) -> FloatArray:

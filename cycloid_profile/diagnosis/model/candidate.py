@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import product
 from typing import Any
@@ -45,7 +45,15 @@ OF_PLASTICS = frozenset({"nonlinear_series_compliance", "viscoelastic_creep"})
 ONLY_TOLERANCES = NOT_YET_PROPOSED | {"pin_position_error"}
 _NOT_LISTED = ONLY_TOLERANCES | {"grinding_chatter"}
 
-Variety = tuple[str, bool, int | None, int | None]
+_MACHINED = 2.0  # log odds against a change that takes machining
+# Effects that run-in, wear, preload, lubrication and temperature change.
+IN_SERVICE = frozenset({
+    "crank_bearing_clearance", "flank_wear", "thermal_growth", "coulomb_friction", "load_proportional_friction",
+    "series_compliance", "nonlinear_series_compliance", "viscoelastic_creep", "crank_bearing_compliance",
+    "pin_support_compliance",
+})  # fmt: skip
+
+Variety = tuple[str, bool, bool, int | None, int | None]
 
 
 @dataclass(frozen=True)
@@ -54,7 +62,8 @@ class Candidate:
 
     ``size`` and ``angle`` name its parameters; ``angle`` is None for an effect without direction. ``width`` is the
     prior standard deviation of each coordinate, in the unit of the coordinate. ``inverse``: the coordinate is the
-    reciprocal of the size. ``one_sided``: the coordinate cannot be negative.
+    reciprocal of the size. ``one_sided``: the coordinate cannot be negative. ``changed``: the candidate whose amount
+    rises by this one between two measurements; None of an amount itself. ``log_odds``: added to its log prior.
     """
 
     kind: type[Effect]
@@ -64,6 +73,8 @@ class Candidate:
     one_sided: bool
     inverse: bool = False
     choice: Mapping[str, Any] = field(default_factory=dict)
+    changed: Candidate | None = None
+    log_odds: float = 0.0
 
     def __hash__(self) -> int:
         return self._hash
@@ -78,6 +89,25 @@ class Candidate:
         return self.kind.name
 
     @property
+    def is_change(self) -> bool:
+        """Whether this is the change of an amount."""
+        return self.changed is not None
+
+    @property
+    def amount(self) -> Candidate:
+        """The candidate itself, or the one whose amount changes."""
+        return self.changed or self
+
+    @property
+    def change(self) -> Candidate:
+        """Change of this candidate's amount between two measurements; it has either sign.
+
+        Service changes some effects, only machining the others.
+        """
+        odds = 0.0 if self.name in IN_SERVICE else -_MACHINED
+        return replace(self, one_sided=False, changed=self, log_odds=odds)
+
+    @property
     def coordinates(self) -> int:
         """Number of linear coordinates, 1 or 2."""
         return 1 if self.angle is None else 2
@@ -89,10 +119,10 @@ class Candidate:
 
     @property
     def variety(self) -> Variety:
-        """Name, whether all discs have the effect, flank and form: candidates that differ in these differ to first
-        order.
+        """Name, whether it is a change, whether all discs have the effect, flank and form: candidates that differ in
+        these differ to first order.
         """
-        return self.name, self.on_all_discs, self.choice.get("flank"), self.choice.get("form")
+        return self.name, self.is_change, self.on_all_discs, self.choice.get("flank"), self.choice.get("form")
 
     @property
     def waves(self) -> int:
@@ -194,7 +224,7 @@ def candidate_of(kind: type[Effect], choice: Mapping[str, Any], priors: Priors) 
 
 def places(library: Iterable[Candidate]) -> Counter[str]:
     """Number of locations of each effect in a library."""
-    return Counter(candidate.name for candidate in library)
+    return Counter(candidate.name for candidate in library if not candidate.is_change)
 
 
 def chatter(waves: float, disc: int | None, priors: Priors, constant_speed: str = "generating") -> Candidate:

@@ -40,7 +40,7 @@ def log_priors(candidates: Sequence[Candidate], frequencies: int = 1) -> FloatAr
     count = places(candidates)
     count["grinding_chatter"] = frequencies
     odds = math.log(CHANCE / (1.0 - CHANCE))
-    return np.array([odds - math.log(count[candidate.name]) for candidate in candidates])
+    return np.array([odds - math.log(count[one.name]) + one.log_odds for one in candidates])
 
 
 def estimate(equations: NormalEquations, members: Sequence[int]) -> tuple[FloatArray, FloatArray]:
@@ -127,9 +127,9 @@ def distinct(equations: NormalEquations, keep: Sequence[int]) -> IntArray:
     size = own[:, 0, 0] + own[:, 1, 1]
     visible = np.flatnonzero(size > _INVISIBLE)
     order = [*keep, *(int(i) for i in visible if i not in set(keep))]
-    names: dict[str, list[int]] = {}
+    names: dict[tuple[str, bool], list[int]] = {}
     for i in order:
-        names.setdefault(equations.candidates[i].name, []).append(i)
+        names.setdefault((equations.candidates[i].name, equations.candidates[i].is_change), []).append(i)
     chosen: list[int] = []
     for twins in names.values():
         identical = _identical(blocks, own, np.array(twins, dtype=np.intp))
@@ -154,7 +154,7 @@ def _identical(blocks: FloatArray, own: FloatArray, some: IntArray) -> BoolArray
 
 def of_different_names(equations: NormalEquations, sets: IntArray) -> IntArray:
     """Sets in which no effect occurs twice, except single teeth on different lobes."""
-    where = [(c.name, str(c.choice.get("lobe"))) for c in equations.candidates]
+    where = [(c.name, c.is_change, str(c.choice.get("lobe"))) for c in equations.candidates]
     names = {place: i for i, place in enumerate(sorted(set(where)))}
     of = np.array([names[place] for place in where])
     twice = np.zeros(len(sets), dtype=bool)
@@ -208,7 +208,7 @@ class Library:
 
     @cached_property
     def _by_choice(self) -> dict[tuple[str, tuple[tuple[str, Any], ...]], Candidate]:
-        return {(candidate.name, _key(candidate.choice)): candidate for candidate in self.candidates}
+        return {(one.name, _key(one.choice)): one for one in self.candidates if not one.is_change}
 
     @cached_property
     def _numbers(self) -> dict[Candidate, int]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -17,7 +17,7 @@ from cycloid_profile.diagnosis.model.evidence import log_evidence_at
 from cycloid_profile.diagnosis.model.flank_grid import FlankGrid
 from cycloid_profile.diagnosis.model.optimum import FARTHEST, Attempt, Optimum
 from cycloid_profile.diagnosis.model.residuals import Residuals, predicted_curves
-from cycloid_profile.diagnosis.model.whitened import NormalEquations, Whitened, normal_equations
+from cycloid_profile.diagnosis.model.whitened import NormalEquations, Whitened, files_together, normal_equations
 from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.errors import CycloidError
 from cycloid_profile.measurement import HYSTERESIS, PROFILE_SCAN
@@ -28,6 +28,7 @@ _DAMPING = (0.0, 0.3, 3.0, 30.0)
 _LARGEST_STEP = 1.0  # prior widths, see ``_bounded``
 _ABANDONED_ABOVE = 50.0  # of chi² above the best set: five times the 9 between two distinguished sets
 _CACHED_STATES = 6  # states in the cache; each holds the load on every pin at every row
+_VANISHED = 1e-3  # prior widths: a one-sided effect that a change takes away
 _CONVERGED_GAIN = 0.02  # of chi²: a step with a smaller gain is the last
 # A row without a prediction counts as this many standard deviations.
 _NO_PREDICTION = 50.0
@@ -35,7 +36,7 @@ _NO_PREDICTION = 50.0
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """The reducer with some effects, and the residuals of all recordings on it."""
+    """The reducer with some effects, before any change, and the residuals of all recordings at their time."""
 
     reducer: AsBuiltReducer
     residuals: tuple[Residuals, ...]
@@ -45,7 +46,7 @@ class State:
     @cached_property
     def blocks(self) -> tuple[Whitened, ...]:
         """Rows to fit."""
-        return tuple(Whitened(one, members=self.members, u=self.u) for one in self.residuals)
+        return tuple(Whitened(*some, members=self.members, u=self.u) for some in files_together(self.residuals))
 
     @cached_property
     def misfit(self) -> float:
@@ -108,6 +109,11 @@ class ExactModel:
         return all(r.kind is HYSTERESIS for r in self.recordings)
 
     @property
+    def is_comparison(self) -> bool:
+        """Whether some files were measured after changes of the specimen."""
+        return any(r.later for r in self.recordings)
+
+    @property
     def only_scans(self) -> bool:
         """Whether all files are profile scans."""
         return all(r.kind is PROFILE_SCAN for r in self.recordings)
@@ -116,7 +122,7 @@ class ExactModel:
     def baseline(self) -> State:
         """State without additional effects."""
         if self._baseline is None:
-            self._baseline = State(self.reducer, self._register(self.reducer))
+            self._baseline = State(self.reducer, self._register(self.reducer, self.reducer))
         return self._baseline
 
     def state(self, members: Sequence[Candidate], u: FloatArray, farthest: float = FARTHEST) -> State | None:
@@ -128,10 +134,10 @@ class ExactModel:
             self._states.move_to_end(key)
         else:
             try:
-                reducer = self._reducer_with(members, u, farthest)
-                if reducer is None:
+                reducers = self._reducers_with(members, u, farthest)
+                if reducers is None:
                     return None
-                self._states[key] = self._register(reducer)
+                self._states[key] = self._register(*reducers)
             except CycloidError:
                 return None
             if len(self._states) > _CACHED_STATES:
@@ -139,12 +145,30 @@ class ExactModel:
         residuals = self._states[key]
         return self._residuals_on(residuals[0].reducer, residuals, key[0], u)
 
-    def _reducer_with(self, members: Sequence[Candidate], u: FloatArray, farthest: float) -> AsBuiltReducer | None:
+    def _reducers_with(
+        self, members: Sequence[Candidate], u: FloatArray, farthest: float
+    ) -> tuple[AsBuiltReducer, AsBuiltReducer] | None:
+        """The reducer with the amounts of ``members``, and with their changes, too; None beyond ``farthest`` widths."""
+        pairs = u.reshape(-1, 2)
+        if np.any(np.hypot(pairs[:, 0], pairs[:, 1]) > farthest):
+            return None
+        before: dict[Candidate, FloatArray] = {}
+        after: dict[Candidate, FloatArray] = {}
+        for candidate, x in zip(members, pairs, strict=True):
+            one = candidate.amount
+            if candidate.is_change and one in after and one.one_sided:
+                x = np.maximum(x, _VANISHED - after[one])
+            after[one] = after.get(one, 0.0) + x
+            if not candidate.is_change:
+                before[one] = x
+        earlier = self._with_amounts(before)
+        later = earlier if len(before) == len(members) else self._with_amounts(after)
+        return None if earlier is None or later is None else (earlier, later)
+
+    def _with_amounts(self, amounts: Mapping[Candidate, FloatArray]) -> AsBuiltReducer | None:
         reducer = self.reducer
-        for i, candidate in enumerate(members):
-            if float(np.hypot(u[2 * i], u[2 * i + 1])) > farthest:
-                return None
-            effect = candidate.effect(u[2 * i : 2 * i + 2] * candidate.width)
+        for candidate, x in amounts.items():
+            effect = candidate.effect(x * candidate.width)
             if effect is None:
                 return None
             reducer = effect.apply(reducer)
@@ -247,13 +271,22 @@ class ExactModel:
                 return tried, state, number
         return None
 
-    def _register(self, reducer: AsBuiltReducer) -> tuple[Residuals, ...]:
-        curves = [r for r in self.recordings if r.kind.is_curve]
-        # The previous reducer is similar: its poses are a good start.
-        self._latest = predicted_curves(curves, reducer, self._latest)
-        predicted = dict(zip(map(id, curves), self._latest, strict=True))
+    def _register(self, earlier: AsBuiltReducer, later: AsBuiltReducer) -> tuple[Residuals, ...]:
+        """Residuals of all recordings, each on the reducer of its time."""
+        of = [later if r.later else earlier for r in self.recordings]
+        curves = [i for i, r in enumerate(self.recordings) if r.kind.is_curve]
+        # The previous reducers are similar: their poses are a good start.
+        near = None if self._latest is None else dict(zip(curves, self._latest, strict=True))
+        predicted: dict[int, CurvePrediction] = {}
+        for reducer in (earlier,) if earlier is later else (earlier, later):
+            own = [i for i in curves if of[i] is reducer]
+            if own:
+                start = None if near is None else [near[i] for i in own]
+                found = predicted_curves([self.recordings[i] for i in own], reducer, start)
+                predicted.update(zip(own, found, strict=True))
+        self._latest = [predicted[i] for i in curves]
         return tuple(
-            self._reusable_residual(i, reducer) or Residuals(r, reducer, self.flank_grid, predicted.get(id(r)))
+            self._reusable_residual(i, of[i]) or Residuals(r, of[i], self.flank_grid, predicted.get(i))
             for i, r in enumerate(self.recordings)
         )
 

@@ -11,7 +11,14 @@ import numpy as np
 
 from cycloid_profile.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from cycloid_profile.diagnosis.data.recording import Recording
-from cycloid_profile.diagnosis.model._model_error import form_error, load_error, order_error, path_error, row_error
+from cycloid_profile.diagnosis.model._model_error import (
+    branch_error,
+    form_error,
+    load_error,
+    order_error,
+    path_error,
+    row_error,
+)
 from cycloid_profile.diagnosis.model.candidate import Candidate
 from cycloid_profile.diagnosis.model.flank_grid import FlankGrid
 from cycloid_profile.effects import AsBuiltReducer, chatter_angle, removal_between
@@ -101,8 +108,28 @@ class Residuals:
         if self.recording.kind is PROFILE_SCAN:
             return np.zeros((self.residual.size, 0))
         grown = load_error(self.reducer, self.first_order, self.recording)
-        path = path_error(self.reducer, self.first_order, self.recording)
-        return np.hstack([grown, path, order_error(self.reducer, self.recording, self.position)])
+        return np.hstack([grown, order_error(self.reducer, self.recording, self.position)])
+
+    @cached_property
+    def path_error(self) -> FloatArray:
+        """Error of the path of a loop, as columns with their prior widths, shape (rows, columns)."""
+        if self.recording.kind is PROFILE_SCAN:
+            return np.zeros((self.residual.size, 0))
+        return path_error(self.reducer, self.first_order, self.recording)
+
+    def branch_error(self, peak: float, changed: Sequence[Candidate] = (), u: FloatArray = _NOTHING) -> FloatArray:
+        """The same by torque on each branch, up to ``peak`` [N·m], for loops of different paths.
+
+        With ``changed`` at coordinates ``u``: that of the changes among them, a share of their largest response.
+        """
+        if self.recording.kind is not HYSTERESIS:
+            return np.zeros((self.residual.size, 0))
+        changes = [one.is_change for one in changed]
+        size = None
+        if changed:
+            response = np.einsum("rmc,mc->r", self.columns(changed)[:, changes], u.reshape(-1, 2)[changes])
+            size = float(np.max(np.abs(response), initial=0.0))
+        return branch_error(self.reducer, self.first_order, self.recording, peak, size)
 
     @cached_property
     def row_error(self) -> FloatArray:
@@ -126,15 +153,17 @@ class Residuals:
 
         The second is zero for candidates with one coordinate.
         """
-        fresh = [c for c in candidates if c not in self._columns]
+        amounts = [c.amount for c in candidates]
+        fresh = [c for c in dict.fromkeys(amounts) if c not in self._columns]
         sampled = [c for c in fresh if self.flank_grid.sampled(c)]
         self._columns.update(zip(sampled, self._flank_columns(sampled), strict=True))
         for candidate in fresh:
             if candidate not in self._columns:
                 self._columns[candidate] = self._change_column(candidate)
         found = np.zeros((self.residual.size, len(candidates), 2))
-        for i, candidate in enumerate(candidates):
-            found[:, i] = self._columns[candidate]
+        for i, (candidate, amount) in enumerate(zip(candidates, amounts, strict=True)):
+            if self.recording.later or not candidate.is_change:
+                found[:, i] = self._columns[amount]
         return found
 
     def _flank_columns(self, candidates: Sequence[Candidate]) -> list[FloatArray]:

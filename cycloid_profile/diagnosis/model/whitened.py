@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
 
@@ -15,28 +16,39 @@ from cycloid_profile.diagnosis.model.residuals import Residuals
 _NONE = np.zeros(0)
 
 
+def files_together(residuals: Sequence[Residuals]) -> list[tuple[Residuals, ...]]:
+    """The files that share an error of the model: each alone, or the two of a pair, the earlier one first."""
+    found: dict[int, tuple[Residuals, ...]] = {}
+    for number, one in enumerate(residuals):
+        # Files without a counterpart get numbers that no pair has.
+        key = -1 - number if one.recording.pair is None else one.recording.pair
+        found[key] = (*found.get(key, ()), one)
+    return list(found.values())
+
+
 class Whitened:
-    """Fitted rows of one recording in units of independent noise.
+    """Fitted rows of one recording, or of a pair, in units of independent noise.
 
     ``z``: shape (rows,). ``nuisance``: shape (rows, n), unit normal priors: datum, zero and drift, then the errors of
-    the model, which include those of the ``members`` at coordinates ``u``. ``chosen``: mask over the rows of the
-    recording. ``log_det``: ln|1 + AᵀA| of the nuisances.
+    the model, which include those of the ``members`` at coordinates ``u``. ``chosen``: mask over all rows.
+    ``log_det``: ln|1 + AᵀA| of the nuisances. ``residuals``: of the recording, the later one of a pair.
     """
 
     def __init__(
-        self, residuals: Residuals, held_out: bool = False, members: Sequence[Candidate] = (), u: FloatArray = _NONE
+        self,
+        *files: Residuals,
+        held_out: bool = False,
+        members: Sequence[Candidate] = (),
+        u: FloatArray = _NONE,
     ) -> None:
-        recording = residuals.recording
-        self.residuals = residuals
-        self.chosen: BoolArray = (recording.held_out == held_out) & np.isfinite(residuals.residual)
-        self.starts = recording.starts(self.chosen)
-        self.z = self._white(residuals.residual)
+        self._files = [_Rows(one, held_out) for one in files]
+        self.residuals = files[-1]
+        self.chosen: BoolArray = np.concatenate([one.chosen for one in self._files])
+        self.z = np.concatenate([one.white(one.residuals.residual) for one in self._files])
         # Datum, zero and drift come first, then the errors of the model.
-        self.known = residuals.nuisance.shape[1]
-        every = [residuals.nuisance, residuals.model_error, residuals.row_error]
-        if members:
-            every.append(residuals.form_error(members, u))
-        self.nuisance = self._white(np.hstack(every))
+        self.known = sum(one.nuisance.shape[1] for one in files)
+        known = _diagonal([one.white(one.residuals.nuisance) for one in self._files])
+        self.nuisance = np.hstack([known, *self._model_errors(members, u)])
         gram = np.eye(self.nuisance.shape[1]) + self.nuisance.T @ self.nuisance
         # Widths differ by many powers of ten: scaled to a unit diagonal, the matrix is regular.
         scale = np.sqrt(np.diag(gram))
@@ -44,14 +56,32 @@ class Whitened:
         self._gram_inverse = np.linalg.inv(scaled) / np.outer(scale, scale)
         self.log_det = float(np.linalg.slogdet(scaled)[1] + 2.0 * np.sum(np.log(scale)))
 
+    def _model_errors(self, members: Sequence[Candidate], u: FloatArray) -> list[FloatArray]:
+        """Errors of the model: two files of a pair share all but those of single rows."""
+        files = self._files
+        shared = [[one.residuals.model_error for one in files]]
+        for k, member in enumerate(members):
+            shared += [[one.residuals.form_error([member], u[2 * k : 2 * k + 2]) for one in files]]
+        if len(files) == 1:
+            shared += [[one.residuals.path_error for one in files]]
+        else:
+            peak = max(one.residuals.recording.peak_torque_nm for one in files)
+            shared += [[one.residuals.branch_error(peak) for one in files]]
+            shared += [[one.residuals.branch_error(peak, members, u) for one in files]]
+        rows = _diagonal([one.white(one.residuals.row_error) for one in files])
+        white = [[one.white(columns) for one, columns in zip(files, some, strict=True)] for some in shared]
+        return [rows, *(_stacked(some) for some in white)]
+
     def columns(self, candidates: Sequence[Candidate]) -> FloatArray:
         """Columns of all coordinates per prior width, two for each candidate; the second is zero for one coordinate."""
-        columns = self.residuals.columns(candidates)
-        return self._white(columns.reshape(len(columns), -1))
+        n = 2 * len(candidates)
+        return np.concatenate([one.white(one.residuals.columns(candidates).reshape(-1, n)) for one in self._files])
 
     def white(self, values: Values) -> Values:
         """Whitened values of the chosen rows, from values of all rows."""
-        return self._white(values)
+        ends = np.cumsum([one.chosen.size for one in self._files])[:-1]
+        each = zip(self._files, np.split(values, ends), strict=True)
+        return cast("Values", np.concatenate([one.white(some) for one, some in each]))
 
     def product(self, left: FloatArray, right: FloatArray) -> FloatArray:
         """leftᵀ M right, nuisances marginalised."""
@@ -68,8 +98,33 @@ class Whitened:
         """zᵀ M z."""
         return float(self.product(self.z, self.z))
 
-    def _white(self, values: Values) -> Values:
-        return self.residuals.recording.noise.whiten(values[self.chosen], self.starts)
+
+class _Rows:
+    """Chosen rows of one file."""
+
+    def __init__(self, residuals: Residuals, held_out: bool) -> None:
+        self.residuals = residuals
+        self.chosen: BoolArray = (residuals.recording.held_out == held_out) & np.isfinite(residuals.residual)
+        self._starts = residuals.recording.starts(self.chosen)
+
+    def white(self, values: Values) -> Values:
+        """Whitened values of the chosen rows, from values of all rows."""
+        return self.residuals.recording.noise.whiten(values[self.chosen], self._starts)
+
+
+def _stacked(columns: Sequence[FloatArray]) -> FloatArray:
+    """Columns of all files below each other; a file that lacks some of them has zeros."""
+    width = max(one.shape[1] for one in columns)
+    return np.vstack([np.pad(one, ((0, 0), (0, width - one.shape[1]))) for one in columns])
+
+
+def _diagonal(columns: Sequence[FloatArray]) -> FloatArray:
+    """Columns of each file alone."""
+    if len(columns) == 1:
+        return columns[0]
+    from scipy.linalg import block_diag
+
+    return np.asarray(block_diag(*columns), dtype=np.float64)
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ import numpy as np
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.diagnosis.model.evidence import Library, is_plausible
 from cycloid_profile.diagnosis.model.exact_model import ExactModel, State
-from cycloid_profile.diagnosis.model.whitened import NormalEquations, Whitened
+from cycloid_profile.diagnosis.model.whitened import NormalEquations, Whitened, files_together
 from cycloid_profile.effects import EffectLocation
 from cycloid_profile.measurement import PROFILE_SCAN
 
@@ -107,8 +107,11 @@ def _coordinates(amounts: FloatArray) -> FloatArray:
 
 
 def change_of_predictions(before: State, after: State) -> FloatArray:
-    """Change of the predictions at all rows of all recordings."""
-    return np.concatenate([a.residual - b.residual for a, b in zip(before.residuals, after.residuals, strict=True)])
+    """Change of the predictions at all rows of all recordings, in the order of the blocks."""
+    files = zip(files_together(before.residuals), files_together(after.residuals), strict=True)
+    return np.concatenate(
+        [a.residual - b.residual for first, second in files for a, b in zip(first, second, strict=True)]
+    )
 
 
 def chi2_reduction(blocks: Sequence[Whitened], columns: FloatArray) -> tuple[float, FloatArray]:
@@ -120,7 +123,7 @@ def chi2_reduction(blocks: Sequence[Whitened], columns: FloatArray) -> tuple[flo
 
 
 def _whitened(blocks: Sequence[Whitened], columns: FloatArray) -> list[FloatArray]:
-    ends = np.cumsum([block.residuals.residual.size for block in blocks])[:-1]
+    ends = np.cumsum([block.chosen.size for block in blocks])[:-1]
     parts = np.split(np.nan_to_num(columns), ends)
     return [block.white(part) for block, part in zip(blocks, parts, strict=True)]
 

@@ -14,7 +14,7 @@ import numpy as np
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.model.candidate import Candidate, Variety
-from cycloid_profile.diagnosis.model.evidence import Library, estimate
+from cycloid_profile.diagnosis.model.evidence import Library, estimate, linear_evidence
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
 from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
 from cycloid_profile.diagnosis.model.whitened import NormalEquations, normal_equations
@@ -72,19 +72,40 @@ class SearchResult:
     fitted: tuple[Optimum, ...]
     limited: bool
 
+    def evidence(self, members: Sequence[Candidate]) -> float:
+        """Log evidence of a set: from the exact model where it was fitted, else linear about the best set."""
+        if not members:
+            return 0.0
+        for optimum in self.fitted:
+            if set(optimum.members) == set(members):
+                return optimum.log_evidence
+        best, other = (
+            linear_evidence(self.equations, self.library.priors, self.library.places(some))
+            for some in (self.best.members, members)
+        )
+        return self.best.log_evidence - best + other
+
     def start(self, members: Sequence[Candidate]) -> FloatArray:
         """Start of another set, from the equations about the best."""
         return estimate(self.equations, self.library.places(members))[0]
 
 
 def search_effects(
-    model: ExactModel, candidates: Sequence[Candidate], gain: float, progress: Callable[[str], None]
+    model: ExactModel,
+    candidates: Sequence[Candidate],
+    gain: float,
+    progress: Callable[[str], None],
+    starts: Sequence[tuple[Sequence[Candidate], FloatArray]] = (),
 ) -> SearchResult:
-    """Best set of ``candidates`` and of the chatter that the files show; ``gain`` of chi² by the best single effect."""
+    """Best set of ``candidates`` and of the chatter that the files show; ``gain`` of chi² by the best single effect.
+
+    ``starts``: sets to begin with, besides no effect, with their coordinates.
+    """
     frequencies = max((r.rows.size for r in model.recordings if r.kind is not HYSTERESIS), default=2)
     library = Library(tuple(candidates), frequencies)
     few = smallest_subsample(model, gain)
     stage = _Stage(few, library, progress, tuned.BEAM, tuned.LINEAR_ERROR, tuned.FITS)
+    stage.fit(Proposal(tuple(members), u, stage.best.offsets) for members, u in starts)
     stage.explore(tuned.EXPANSIONS)
     if few is not model:
         progress(f"fitting all rows, {len(stage.leading)} sets")
@@ -102,7 +123,8 @@ def search_effects(
     ranked = stage.at_residual_noise()
     best = ranked[0]
     found = stage.model(best.offsets)
-    library = stage.library.with_more(alternative_waves(found, best.optimum))
+    waves = [] if model.is_comparison else alternative_waves(found, best.optimum)
+    library = stage.library.with_more(waves)
     fitted = tuple(one.optimum for one in ranked if one.offsets == best.offsets)
     return SearchResult(
         best.optimum, found, library, equations_about(found, library, best.optimum), fitted, stage.limited
@@ -220,7 +242,8 @@ class _Stage:
             start = np.sign(np.round(one.start, 1)).tobytes()
             if (key, start) in self._tried or len(key[0]) < len(one.members) or one.promised < self._least:
                 continue
-            if len(one.members) > tuned.MOST_EFFECTS:
+            changes = sum(member.is_change for member in one.members)
+            if max(changes, len(one.members) - changes) > tuned.MOST_EFFECTS:
                 continue
             if self._left <= 0:
                 self.limited = True
@@ -243,14 +266,14 @@ class _Stage:
     def _neighbours(self, fit: Fit) -> list[Proposal]:
         """Sets to fit about an optimum."""
         model, optimum = self.model(fit.offsets), fit.optimum
+        if model.is_comparison:
+            # Lobe index and numbers of waves are those of the diagnoses.
+            return self._linear_and_finite(model, fit)
         waved = refitted(model, optimum)
         self.library = self.library.with_more([*waves_left(model, optimum), *waved])
-        equations = equations_about(model, self.library, optimum)
-        found = linear_proposals(equations, self.library, optimum, fit.offsets, anchored=model.only_loops)
+        found = self._linear_and_finite(model, fit)
         if not optimum.members:
-            found = [*of_finite_size(model, self.library, equations, fit.offsets), *found]
-            starts = second_order(model, self.library, equations)
-            return [*found, *(Proposal(self.library.members(i), u, fit.offsets) for i, u in starts)]
+            return found
         if set(waved) != set(optimum.members):
             found.append(Proposal(waved, optimum.u, fit.offsets))
         found += [Proposal(one.members, one.u, fit.offsets) for _, one in optimum.rotated_by_180()]
@@ -259,6 +282,16 @@ class _Stage:
             moved = on_other_parts(self.library, optimum, reducer.discs, reducer.cranks)
             found += [Proposal(self.library.members(i), u, fit.offsets) for i, u in moved]
         return [*found, *self._reindexed(model, fit)]
+
+    def _linear_and_finite(self, model: ExactModel, fit: Fit) -> list[Proposal]:
+        """Sets that linear equations propose about an optimum, and about no effect those of finite size."""
+        equations = equations_about(model, self.library, fit.optimum)
+        found = linear_proposals(equations, self.library, fit.optimum, fit.offsets, anchored=model.only_loops)
+        if fit.optimum.members:
+            return found
+        starts = second_order(model, self.library, equations)
+        finite = of_finite_size(model, self.library, equations, fit.offsets)
+        return [*finite, *found, *(Proposal(self.library.members(i), u, fit.offsets) for i, u in starts)]
 
     def _reindexed(self, model: ExactModel, fit: Fit) -> list[Proposal]:
         """The set, and the set rotated by 180°, with the lobe index that suits it best."""

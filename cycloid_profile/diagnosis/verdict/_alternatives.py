@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from cycloid_profile.diagnosis.model.candidate import Candidate, Variety
-from cycloid_profile.diagnosis.model.evidence import ALIAS, estimate, linear_evidence
+from cycloid_profile.diagnosis.model.evidence import ALIAS, estimate
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
 from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
 from cycloid_profile.diagnosis.model.whitened import NormalEquations, coordinates, normal_equations
@@ -40,7 +40,7 @@ def named_effects(
     about_best = normal_equations(state.blocks, found.library.candidates)
     described = []
     for i, member in enumerate(best.members):
-        group = _group(found, about_best, i, progress)
+        group = ambiguity_group(found, about_best, i, progress)
         alternatives = [c for c in group if c.name != member.name]
         # Linearised on the reducer with its effects, because some effects vanish to first order about the nominal
         # geometry.
@@ -53,7 +53,7 @@ def named_effects(
                 final.covariance_of(i),
                 tuple(dict.fromkeys([member.name, *(c.name for c in group)])),
                 by,
-                best.log_evidence - _evidence_of(found, without),
+                best.log_evidence - found.evidence(without),
                 _at_other_locations(found, i, progress),
             )
         )
@@ -93,21 +93,7 @@ def rotation_notes(everything: ExactModel, final: Optimum) -> list[str]:
     return list(found.values())
 
 
-def _evidence_of(found: SearchResult, members: Sequence[Candidate]) -> float:
-    """Log evidence of a set: from the exact model where it was fitted, else linear about the best set."""
-    if not members:
-        return 0.0
-    for optimum in found.fitted:
-        if set(optimum.members) == set(members):
-            return optimum.log_evidence
-    best, mine = (
-        linear_evidence(found.equations, found.library.priors, found.library.places(some))
-        for some in (found.best.members, members)
-    )
-    return found.best.log_evidence - best + mine
-
-
-def _group(
+def ambiguity_group(
     found: SearchResult, about_best: NormalEquations, member: int, progress: Callable[[str], None]
 ) -> list[Candidate]:
     """Ambiguity group: aliases, and candidates of other names that fit as well in place of a member."""
@@ -226,7 +212,9 @@ def swaps(
     base = _fit(named.equations, places)
     found = []
     for i, candidate in enumerate(library):
-        if i in places or (candidate.name == library[mine].name) != other_locations:
+        if i in places or candidate.is_change != library[mine].is_change:
+            continue
+        if (candidate.name == library[mine].name) != other_locations:
             continue
         members = [*others, i]
         deficit = base - _fit(named.equations, members)
