@@ -10,7 +10,6 @@ from cycloid_profile import plot
 from cycloid_profile.articles import PlainTable
 from cycloid_profile.design import DesignRecord, effects_of
 from cycloid_profile.diagnosis import screen_files
-from cycloid_profile.diagnosis.model import quality_of
 from cycloid_profile.effects import apply_effects
 from cycloid_profile.errors import MeasurementError
 from cycloid_profile.export.inspection import FLANKS, CheckResult, Inspection, inspect_scan
@@ -42,7 +41,7 @@ def write_inspection(
     spec = record.spec
     reducer = apply_effects(replace(record.case, profile=record.profile), effects_of(spec))
     (scan,), _ = screen_files(reducer, [scan])
-    result = inspect_scan(record, scan, quality_of(spec.quality, record.case.disc_material.youngs_modulus))
+    result = inspect_scan(record, scan)
     with atomic_folder(folder, protection) as scratch:
         plot.save(plot.inspection_chart(result, name=spec.name), scratch, _NAME)
         write_text(scratch / f"{_NAME}.csv", flank_rows(result))

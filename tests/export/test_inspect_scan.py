@@ -37,7 +37,7 @@ def scan(points: np.ndarray, datum: str = "bore") -> Measurement:
 
 
 def inspected(record: DesignRecord, points: np.ndarray, datum: str = "bore") -> dict[str, CheckResult]:
-    result = inspect_scan(record, scan(points, datum), "ground")
+    result = inspect_scan(record, scan(points, datum))
     return {check.symbol: check for check in result.checks}
 
 

@@ -10,3 +10,7 @@ from cycloid_profile.export.inspection.plan import Check as Check
 from cycloid_profile.export.inspection.plan import InspectionPlan as InspectionPlan
 from cycloid_profile.export.inspection.plan import inspection_plan as inspection_plan
 from cycloid_profile.export.inspection.plan import plan_rows as plan_rows
+from cycloid_profile.export.inspection.tolerances import STATED as STATED
+from cycloid_profile.export.inspection.tolerances import InspectionTolerances as InspectionTolerances
+from cycloid_profile.export.inspection.tolerances import Tolerance as Tolerance
+from cycloid_profile.export.inspection.tolerances import inspection_tolerances as inspection_tolerances

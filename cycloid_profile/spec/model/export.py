@@ -95,7 +95,7 @@ class WireSpec(Table, frozen=True):
 
 
 class InspectionSpec(Table, frozen=True):
-    """Measuring plan. A tolerance that is absent is computed from the play of the drive, to be agreed."""
+    """Measuring plan. A tolerance that is absent is that of the drawing, else a grade of ISO 286-1 by quality."""
 
     probe_radius_mm: Annotated[float, key("Radius of the probe's ball [mm].", "give 0.25 to 1.5 mm", gt=0, le=50)] = 0.5
     bore_points: Annotated[int, key("Points on the bore, the datum.", "give 4 to 50 points", ge=3, le=1000)] = 8
