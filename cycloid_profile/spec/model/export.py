@@ -245,6 +245,7 @@ Format = Literal[
     "gcode-wire",
     "cmm",
     "dmis",
+    "qif",
     "vdafs",
 ]
 FORMATS: tuple[Format, ...] = ("csv", "dxf", "step", "gcode", "cmm")
