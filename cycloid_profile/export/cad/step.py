@@ -65,7 +65,7 @@ class StepExporter(SingleFileExporter[ProfileSource]):
         found = deviation_both_ways(source.profile, kernel.points_on(edges))
         counts = {"solids": 1, "faces": faces, "tooth_edges": len(edges), "holes": holes}
         file = self.measured(tolerance, found, "OpenCascade, valid closed solid", counts)
-        return replace(file, measures=measures_of(source, kernel.top_area(disc)))
+        return replace(file, measures=measures_of(source, kernel.measured(disc)))
 
 
 @dataclass(frozen=True)
