@@ -14,6 +14,7 @@ from cycloid_profile.export.drawing._annotation import draw_frame, draw_notes, d
 from cycloid_profile.export.drawing._detail import detail_scale, draw_detail, draw_removal
 from cycloid_profile.export.drawing._sheet import Sheet, new_sheet, polar, print_drawing
 from cycloid_profile.export.drawing._symbols import Roughness
+from cycloid_profile.export.drawing._text import font_notes
 from cycloid_profile.export.drawing._tolerances import tolerances
 from cycloid_profile.export.drawing._tooth_data import notes, title_cells, tooth_data
 from cycloid_profile.export.drawing._views import ViewLayout, draw_front, draw_section, label_front, label_section
@@ -56,7 +57,15 @@ class DrawingExporter:
         # From the sheet, where root 1 is at the top, to the disc frame.
         found = deviation_both_ways(record.profile, (spans - centre) / 1j)
         return (
-            WrittenFile(self.filenames[0], self.format, tolerance, found, "ezdxf, audited", entities),
+            WrittenFile(
+                self.filenames[0],
+                self.format,
+                tolerance,
+                found,
+                "ezdxf, audited",
+                entities,
+                notes=font_notes(sheet.texts),
+            ),
             *(WrittenFile(name, self.format) for name in self.filenames[1:]),
         )
 

@@ -20,7 +20,7 @@ class WrittenFile:
 
     ``name`` relative to the output folder; ``tolerance`` promised [mm]; ``deviation`` measured by reading the file
     back with ``reader``; both None for files without a curve. ``entities`` counts the items in the file by kind;
-    ``measures`` holds areas and volumes [mm², mm³] by their names in the manifest.
+    ``measures`` holds areas and volumes [mm², mm³] by their names in the manifest, ``notes`` sentences for the user.
     """
 
     name: str
@@ -30,6 +30,7 @@ class WrittenFile:
     reader: str | None = None
     entities: dict[str, int] = field(default_factory=dict)
     measures: dict[str, float] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
 
 class Exporter(Protocol[Source]):
