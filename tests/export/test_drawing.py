@@ -78,7 +78,10 @@ def texts_of(doc: Any, unit: float) -> list[tuple[str, shapely.Polygon]]:
     for hatch in doc.modelspace().query('HATCH[layer=="TEXT"]'):
         (_, text) = hatch.get_xdata(APPLICATION)[-1]
         points = np.concatenate([np.array(one.vertices)[:, :2] for one in hatch.paths.paths]) / unit
-        found.append((text, shapely.box(*points.min(axis=0), *points.max(axis=0))))
+        upright = shapely.box(*points.min(axis=0), *points.max(axis=0))
+        # An upright box of slanted text holds the dimension line that the text is parallel to.
+        slanted = shapely.MultiPoint(points).minimum_rotated_rectangle
+        found.append((text, slanted if slanted.area < 0.7 * upright.area else upright))
     return found
 
 
@@ -145,6 +148,17 @@ def test_dimensions_are_true_in_text_and_in_length(sheet: Sheet, full: DesignRec
         assert np.min(np.abs(lengths - scale * value)) < 1e-6, text
     assert {"Ø32 H7", "3 × Ø26 H6", "Ø72", "3 × 120°", "Ø101.4", "39 × 9.23077°"} <= texts
     assert len(sheet.space.query("DIMENSION TEXT MTEXT")) == 0
+
+
+def test_the_height_of_the_tooth_is_between_its_root_and_tip_arcs(sheet: Sheet) -> None:
+    """Its extension lines begin at the right ends of both arcs, and continue them."""
+    scale = 10.0 / sheet.unit
+    for radius in (119.388 / 2.0, 124.588 / 2.0):
+        (arc,) = (arc for arc in sheet.space.query("ARC") if arc.dxf.radius == pytest.approx(radius * scale, abs=1e-2))
+        end, across = arc.start_point.vec2, (arc.start_point - arc.dxf.center).vec2.normalize()
+        lines = sheet.space.query('LINE[layer=="DIMENSIONS"]')
+        (line,) = (one for one in lines if (one.dxf.start.vec2 - end).magnitude < 1.0 * sheet.unit)
+        assert abs((line.dxf.end - line.dxf.start).vec2.normalize().dot(across)) < 1e-9
 
 
 def test_tolerances_of_the_spec_are_framed_and_others_have_their_source(

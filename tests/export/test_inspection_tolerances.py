@@ -16,8 +16,10 @@ import numpy as np
 import pytest
 
 from cycloid_profile.design import DesignRecord
+from cycloid_profile.export.drawing._tolerances import tolerances
 from cycloid_profile.export.drawing.exporter import draw_sheet
 from cycloid_profile.export.inspection import DmisExporter, inspect_scan, inspection_tolerances
+from cycloid_profile.geometry import DiscOutline
 from cycloid_profile.measurement import PROFILE_SCAN, Measurement
 from cycloid_profile.report import inspection_to_json
 from cycloid_profile.spec import Quality
@@ -133,3 +135,10 @@ def test_grade_4_lies_between_its_neighbours() -> None:
         D = math.sqrt(low * high)
         first, fifth = 0.8 + 0.02 * D, 7.0 * (0.45 * D ** (1 / 3) + 1e-3 * D)
         assert 1e3 * standard_zone(4, D) == pytest.approx(first * (fifth / first) ** 0.75, abs=1.0)
+
+
+def test_a_disc_without_holes_has_no_tolerance_of_holes(rv40e_record: DesignRecord) -> None:
+    record = replace(rv40e_record, outline=DiscOutline(rv40e_record.profile, ()))
+    limits = inspection_tolerances(record)
+    assert (limits.hole_position, limits.hole_angle_arcmin) == (None, None)
+    assert not any("IT5" in note for note in tolerances(record).notes)

@@ -48,12 +48,12 @@ class Tolerances:
 def tolerances(record: DesignRecord) -> Tolerances:
     """Those of ``inspection_tolerances``; perpendicularity falls back to ISO 2768-2."""
     limits = inspection_tolerances(record, on_drawing=True)
-    of_sizes = [getattr(limits, one.name).source for one in fields(limits)]
-    grades = dict.fromkeys(source for source in of_sizes if source != STATED)
+    present = [limit for limit in (getattr(limits, one.name) for one in fields(limits)) if limit is not None]
+    grades = dict.fromkeys(limit.source for limit in present if limit.source != STATED)
     marks = dict(zip(grades, _MARKS, strict=False)) | {STATED: ""}
 
-    def shown(limit: Tolerance, factor: float = 1.0) -> ShownTolerance:
-        return ShownTolerance(factor * limit.size, marks[limit.source])
+    def shown(limit: Tolerance | None, factor: float = 1.0) -> ShownTolerance:
+        return ShownTolerance(None) if limit is None else ShownTolerance(factor * limit.size, marks[limit.source])
 
     perpendicularity = _perpendicularity(record)
     notes = [f"{marks[grade]} not in the spec: {grade}, ISO 286-1; to be agreed." for grade in grades]

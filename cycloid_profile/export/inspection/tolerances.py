@@ -27,15 +27,15 @@ class Tolerance:
 @dataclass(frozen=True, slots=True)
 class InspectionTolerances:
     """Tolerances of a disc: ``profile`` and ``single_pitch`` ± [mm], ``cumulative_pitch`` and ``runout`` a range [mm],
-    ``hole_position`` a diameter [mm], ``hole_angle_arcmin`` ±.
+    ``hole_position`` a diameter [mm], ``hole_angle_arcmin`` ±, both None where the disc has no round holes.
     """
 
     profile: Tolerance
     single_pitch: Tolerance
     cumulative_pitch: Tolerance
     runout: Tolerance
-    hole_position: Tolerance
-    hole_angle_arcmin: Tolerance
+    hole_position: Tolerance | None
+    hole_angle_arcmin: Tolerance | None
 
 
 def inspection_tolerances(record: DesignRecord, on_drawing: bool = False) -> InspectionTolerances:
@@ -51,11 +51,11 @@ def inspection_tolerances(record: DesignRecord, on_drawing: bool = False) -> Ins
 
     plan, drawing = record.spec.export.inspection, record.spec.export.drawing
     pin_circle = 2.0 * record.profile.trochoid.pin_circle_radius
-    circle = _hole_circle(record) or pin_circle
-    tooth, hole = _zone(record, FLANK_GRADES, pin_circle), _zone(record, HOLE_GRADES, circle)
+    tooth, circle = _zone(record, FLANK_GRADES, pin_circle), _hole_circle(record)
     half = Tolerance(0.5 * tooth.size, tooth.source)
+    hole = _zone(record, HOLE_GRADES, circle) if circle else None
     # Half the zone at the circle, seen from its centre; to the hundredth of a minute that a drawing shows.
-    angle = Tolerance(math.floor(100.0 * hole.size / circle / ARCMIN) / 100.0, hole.source)
+    angle = None if hole is None else Tolerance(math.floor(100.0 * hole.size / circle / ARCMIN) / 100.0, hole.source)
     both_ways = None if drawing.profile_tolerance_um is None else 0.5 * drawing.profile_tolerance_um
     arcmin = drawing.hole_angle_tolerance_arcmin
     return InspectionTolerances(
@@ -63,8 +63,8 @@ def inspection_tolerances(record: DesignRecord, on_drawing: bool = False) -> Ins
         single_pitch=stated(plan.pitch_tolerance_um, drawing.single_pitch_tolerance_um) or half,
         cumulative_pitch=stated(plan.cumulative_pitch_tolerance_um, drawing.cumulative_pitch_tolerance_um) or tooth,
         runout=stated(plan.runout_tolerance_um, drawing.runout_tolerance_um) or tooth,
-        hole_position=stated(drawing.hole_position_um) or hole,
-        hole_angle_arcmin=angle if arcmin is None else Tolerance(arcmin),
+        hole_position=hole and (stated(drawing.hole_position_um) or hole),
+        hole_angle_arcmin=angle if angle is None or arcmin is None else Tolerance(arcmin),
     )
 
 
