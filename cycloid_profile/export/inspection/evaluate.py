@@ -8,7 +8,7 @@ Tooth spaces are fitted in the same way about their roots: there ρ is the radia
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from cycloid_profile._display import Described
 from cycloid_profile.arrays import BoolArray, FloatArray
 from cycloid_profile.design import DesignRecord
 from cycloid_profile.errors import MeasurementError
-from cycloid_profile.export.inspection.plan import InspectionPlan, inspection_plan
+from cycloid_profile.export.inspection.plan import Check, InspectionPlan, inspection_plan
 from cycloid_profile.measurement import Measurement
 from cycloid_profile.rig import RegisteredScan, register_scan
 from cycloid_profile.units import UM
@@ -30,22 +30,16 @@ _DRAWS = 400  # of noise alone; its mean extremes are then known within a hundre
 
 
 @dataclass(frozen=True, slots=True)
-class CheckResult:
-    """One check: largest ``value`` with its standard ``uncertainty`` and its ``tolerance`` [mm]; ``source`` of the
-    tolerance; ``both_ways`` if it is ± about the nominal.
+class CheckResult(Check):
+    """A check of the plan with its largest ``value`` and the standard ``uncertainty`` of it [mm].
 
     ``noise_alone``: the value that this noise would show on an ideal disc, on average [mm]. ``value`` is None where
     the scan cannot show it, such as runout without the datum.
     """
 
-    name: str
-    symbol: str
     value: float | None
     uncertainty: float
     noise_alone: float
-    tolerance: float
-    both_ways: bool
-    source: str
 
     @property
     def passed(self) -> bool | None:
@@ -119,8 +113,8 @@ def inspect_scan(record: DesignRecord, scan: Measurement) -> Inspection:
     uncertain = (noise, spread[0], spread[0], spread[1])
     alone = _noise_alone(noise, at.removal.size, of_pitch, of_radius)
     checks = tuple(
-        CheckResult(c.name, c.symbol, value, uncertainty, noise_alone, c.tolerance, c.both_ways, c.source)
-        for c, value, uncertainty, noise_alone in zip(plan.checks, values, uncertain, alone, strict=True)
+        CheckResult(*astuple(check), *found)
+        for check, *found in zip(plan.checks, values, uncertain, alone, strict=True)
     )
     return Inspection(scan, at, plan, checks, position, low, high, radial, noise)
 

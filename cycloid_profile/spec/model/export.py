@@ -8,6 +8,7 @@ from msgspec import Meta
 
 from cycloid_profile.spec.model.checks._table import SIZE, Table, key
 from cycloid_profile.spec.model.points import FormWheelSpec, PointsSpec
+from cycloid_profile.units import UM
 
 Dialect = Literal["linuxcnc", "fanuc", "siemens", "heidenhain"]
 Compensation = Literal["none", "G41", "G42"]
@@ -324,3 +325,8 @@ class ExportSpec(Table, frozen=True):
     dxf: DxfSpec = DxfSpec()
     step: StepSpec = StepSpec()
     print: PrintSpec = PrintSpec()
+
+    @property
+    def chord_tolerance(self) -> float:
+        """Largest distance of chords, arcs and splines from the tooth [mm]."""
+        return self.chord_tolerance_um * UM
