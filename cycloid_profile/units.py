@@ -27,7 +27,7 @@ SIGNS = {
     "nm_per_arcmin": "N·m/′",
     "um_per_kn": "µm/kN",
     "mpa": "MPa",
-    "j": "J",
+    "nm_arcmin": "N·m·′",
 }
 
 

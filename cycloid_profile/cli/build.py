@@ -16,7 +16,7 @@ from cycloid_profile.cli.output._options import (
     protection_of,
     read_with_plugins,
 )
-from cycloid_profile.cli.output._terminal import print_tables, printed_as_json, progress, warn
+from cycloid_profile.cli.output._terminal import hint, print_tables, printed_as_json, progress, warn
 
 
 def build(
@@ -37,6 +37,7 @@ def build(
     """
     from cycloid_profile.design import design_disc, summary
     from cycloid_profile.export import CadProcess, ascii_name_notes, exporter_for
+    from cycloid_profile.export.writing import notes_of
     from cycloid_profile.report.design import REPORT, build_package, terminal_tables, warnings
 
     folder = output_folder(out, spec)
@@ -48,10 +49,10 @@ def build(
         show_step("computing load sharing and compensation")
         with CadProcess(wanted.export.formats) as process:
             record = design_disc(wanted)
-            skipped = build_package(record, folder, show_step, protection, process, pdf)
+            entries, skipped = build_package(record, folder, show_step, protection, process, pdf)
     figures = summary(record) | {"out": str(folder), "skipped": skipped}
     warn(*(f"{', '.join(exporter_for(name).filenames)} not written: {reason}" for name, reason in skipped.items()))
-    warn(*ascii_name_notes(wanted, wanted.export.formats))
+    hint(*ascii_name_notes(wanted, wanted.export.formats), *notes_of(entries), quiet=quiet)
     if not printed_as_json(figures, json, protection):
         print_tables(terminal_tables(figures, loads=True))
         if figures["disc_parts"]:

@@ -23,7 +23,7 @@ from cycloid_profile.cli.output._options import (
     read_with_plugins,
     require_files,
 )
-from cycloid_profile.cli.output._terminal import print_tables, print_text, printed_as_json, progress, warn
+from cycloid_profile.cli.output._terminal import hint, print_tables, print_text, printed_as_json, progress, warn
 from cycloid_profile.spec.model import Format
 
 
@@ -99,6 +99,6 @@ def correct(
         print_tables(correction_tables(values))
         print_text("", *correction_sentences(values), "", f"written: {folder}")
     if values["files"]:
-        warn(*ascii_name_notes(wanted, format))
+        hint(*ascii_name_notes(wanted, format), quiet=quiet)
     warn(*(f"{name} is not written: {reason}" for name, reason in values["skipped"].items()))
     return status or int(not values["skipped"].keys().isdisjoint(format))

@@ -18,7 +18,7 @@ from cycloid_profile.cli.output._options import (
     protection_of,
     read_with_plugins,
 )
-from cycloid_profile.cli.output._terminal import print_tables, printed_as_json, progress, warn
+from cycloid_profile.cli.output._terminal import hint, print_tables, printed_as_json, progress, warn
 from cycloid_profile.spec.model import Format
 
 
@@ -44,6 +44,7 @@ def export(
     """
     from cycloid_profile.design import design_disc, disc_outline, disc_parts, disc_parts_sentence, drive_of
     from cycloid_profile.export import CadProcess, ascii_name_notes, file_names
+    from cycloid_profile.export.writing import notes_of
     from cycloid_profile.report.design import export_package, planned_files_table, written_files_table
 
     protection = protection_of(force, spec, *plugin, json=json)
@@ -69,5 +70,6 @@ def export(
         print_tables([written_files_table(entries, folder)])
         if sentence := disc_parts_sentence(record):
             print(f"\n{sentence}")
-    warn(*ascii_name_notes(wanted, formats), *skipped.values(), *record.failures)
+    hint(*ascii_name_notes(wanted, formats), *notes_of(entries), quiet=quiet)
+    warn(*skipped.values(), *record.failures)
     return 1 if skipped or record.failures else 0

@@ -48,7 +48,7 @@ def inspect(
     Parameters
     ----------
     spec
-        Spec file (TOML); `[export.inspection]` holds the tolerances, else they follow from `quality`.
+        Spec file (TOML); tolerances of `[export.inspection]` or `[export.drawing]`, else by its `quality`.
     scan
         Profile scan of the whole disc (CSV), also of another program.
     """

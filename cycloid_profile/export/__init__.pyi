@@ -26,8 +26,11 @@ from .formats import write_formats as write_formats
 from .formats import write_in_two_processes as write_in_two_processes
 from .inspection import Inspection as Inspection
 from .inspection import InspectionPlan as InspectionPlan
+from .inspection import InspectionTolerances as InspectionTolerances
 from .inspection import inspect_scan as inspect_scan
 from .inspection import inspection_plan as inspection_plan
+from .inspection import inspection_tolerances as inspection_tolerances
+from .inspection import qif_document as qif_document
 from .nc import MACHINES as MACHINES
 from .nc import Blank as Blank
 from .nc import PolarGrinding as PolarGrinding

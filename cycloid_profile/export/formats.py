@@ -22,7 +22,7 @@ from cycloid_profile.export.cad import (
 from cycloid_profile.export.curves import ProfileSource
 from cycloid_profile.export.drawing import DrawingExporter
 from cycloid_profile.export.dxf import ArcDxfExporter, DxfExporter, OffsetDxfExporter
-from cycloid_profile.export.inspection import DmisExporter
+from cycloid_profile.export.inspection import DmisExporter, QifExporter
 from cycloid_profile.export.nc import GcodeExporter, GcodePathExporter, PolarExporter, WireExporter
 from cycloid_profile.export.points import CmmExporter, ProfileCsvExporter, VdaExporter
 from cycloid_profile.export.processes import WITH_KERNEL as WITH_KERNEL
@@ -53,6 +53,7 @@ _ALL: tuple[Exporter[Any], ...] = (
     WireExporter(),
     CmmExporter(),
     DmisExporter(),
+    QifExporter(),
     VdaExporter(),
 )
 EXPORTERS: Mapping[str, Exporter[Any]] = {exporter.format: exporter for exporter in _ALL}
@@ -64,7 +65,7 @@ OF_THE_STAGE = frozenset({"step-assembly", "parts-step", "parts-3mf", "parts-stl
 # Formats of the finished disc or stage: a corrected tooth is ground, but never the aim.
 NOT_OF_A_CORRECTION: Mapping[str, str] = {
     **dict.fromkeys(
-        ("drawing", "cmm", "dmis", "vdafs"),
+        ("drawing", "cmm", "dmis", "qif", "vdafs"),
         "it describes the finished disc, whose tooth is nominal; use that of build",
     ),
     **dict.fromkeys(

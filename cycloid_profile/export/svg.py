@@ -11,10 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from cycloid_profile.arrays import ComplexArray
-from cycloid_profile.export.curves import FIT_SHARE, ProfileSource, deviation_both_ways, disc_splines
+from cycloid_profile.export.curves import ProfileSource, deviation_both_ways, fitted_splines
 from cycloid_profile.export.writing import SingleFileExporter, WrittenFile, read_back_error
 from cycloid_profile.geometry import Arc, Contour
-from cycloid_profile.units import UM
 
 _DECIMALS = 7  # of coordinates [mm]
 _MARGIN = 1.0  # mm
@@ -31,9 +30,7 @@ class SvgExporter(SingleFileExporter[ProfileSource]):
 
     def write_file(self, source: ProfileSource, path: Path) -> WrittenFile:
         """Write and read back. Raises ``ExportError`` if the path read back is open."""
-        tolerance = source.spec.export.chord_tolerance_um * UM
-        splines = disc_splines(source.profile, 3, FIT_SHARE * tolerance)
-        curves = np.concatenate([spline.beziers() for spline in splines])
+        curves = np.concatenate([spline.beziers() for spline in fitted_splines(source, 3)])
         paths = [_tooth(curves), *(_opening(contour) for contour in source.outline.contours)]
         half = source.outline.tip_radius + _MARGIN
         size = f'width="{2 * half:.4f}mm" height="{2 * half:.4f}mm"'
@@ -50,7 +47,7 @@ class SvgExporter(SingleFileExporter[ProfileSource]):
         back = read_svg_tooth(path)
         found = deviation_both_ways(source.profile, _points(back))
         entities = {"curves": len(back), "openings": len(paths) - 1}
-        return self.measured(tolerance, found, "own reader of Bézier curves", entities)
+        return self.measured(source.spec.export.chord_tolerance, found, "own reader of Bézier curves", entities)
 
 
 def read_svg_tooth(path: Path) -> ComplexArray:

@@ -10,10 +10,9 @@ from cycloid_profile import plot
 from cycloid_profile.articles import PlainTable
 from cycloid_profile.design import DesignRecord, effects_of
 from cycloid_profile.diagnosis import screen_files
-from cycloid_profile.diagnosis.model import quality_of
 from cycloid_profile.effects import apply_effects
 from cycloid_profile.errors import MeasurementError
-from cycloid_profile.export.inspection import FLANKS, CheckResult, Inspection, inspect_scan
+from cycloid_profile.export.inspection import FLANKS, CheckResult, Inspection, inspect_scan, qif_document
 from cycloid_profile.export.writing import PROTECTED, Protection, atomic_folder
 from cycloid_profile.measurement import PROFILE_SCAN, Measurement
 from cycloid_profile.report.page import Verdict, json_text, pdf_name, picture, render, write_report, write_text
@@ -32,8 +31,8 @@ _RESULT = {True: "passed", False: "failed", None: "not shown"}
 def write_inspection(
     record: DesignRecord, scan: Measurement, folder: Path, protection: Protection = PROTECTED, pdf: bool = False
 ) -> Inspection:
-    """Inspect a scan and write page, picture, JSON and a table of all flanks into ``folder``; ``pdf``: the page as PDF,
-    too.
+    """Inspect a scan and write page, picture, JSON, QIF and a table of all flanks into ``folder``; ``pdf``: the page as
+    PDF, too.
 
     Raises ``MeasurementError`` for a file that is no profile scan, or as ``screen_files`` and ``inspect_scan``.
     """
@@ -42,10 +41,11 @@ def write_inspection(
     spec = record.spec
     reducer = apply_effects(replace(record.case, profile=record.profile), effects_of(spec))
     (scan,), _ = screen_files(reducer, [scan])
-    result = inspect_scan(record, scan, quality_of(spec.quality, record.case.disc_material.youngs_modulus))
+    result = inspect_scan(record, scan)
     with atomic_folder(folder, protection) as scratch:
         plot.save(plot.inspection_chart(result, name=spec.name), scratch, _NAME)
         write_text(scratch / f"{_NAME}.csv", flank_rows(result))
+        (scratch / f"{_NAME}.qif").write_bytes(qif_document(record, result))
         write_text(scratch / f"{_NAME}.json", json_text(inspection_to_json(spec.name, result)))
         write_report(scratch, INSPECTION_PAGE, inspection_report(spec.name, result, scratch, pdf), pdf)
     return result
@@ -68,6 +68,7 @@ def inspection_report(name: str, result: Inspection, folder: Path, pdf: bool = F
         notes={
             f"{_NAME}.csv": "one row a flank",
             f"{_NAME}.json": "all values",
+            f"{_NAME}.qif": "plan, points and results in QIF 3.0",
             pdf_name(INSPECTION_PAGE): "this report",
         },
         pictures=[picture(folder, _NAME, _CAPTION)],

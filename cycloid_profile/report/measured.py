@@ -16,7 +16,6 @@ from cycloid_profile.articles import PlainTable
 from cycloid_profile.articles.tables import ABSENT
 from cycloid_profile.design import DesignRecord, design_disc
 from cycloid_profile.diagnosis import screen_files
-from cycloid_profile.diagnosis.model import quality_of
 from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.errors import MeasurementError
 from cycloid_profile.export.inspection import CheckResult, inspect_scan
@@ -94,8 +93,7 @@ class _Expected:
 
     def inspected(self, scan: Measurement) -> tuple[CheckResult, ...]:
         """Checks of an inspection of a scan; raises as ``inspect_scan``."""
-        quality = quality_of(self.spec.quality, self.record.case.disc_material.youngs_modulus)
-        return inspect_scan(self.record, scan, quality).checks
+        return inspect_scan(self.record, scan).checks
 
 
 @singledispatch

@@ -136,7 +136,7 @@ class LoopOfFile:
                 "lost_motion_arcmin", f"lost motion at ±{100.0 * LOST_MOTION_SHARE:.0f} %", "lost_motion_arcmin"
             ),
             FigureName("hysteresis_loss_arcmin", "width at zero torque"),
-            FigureName("loss_energy_j", "area of the loop"),
+            FigureName("loss_energy_nm_arcmin", "area of the loop"),
             *(
                 FigureName(f"rigidity_{low}_to_{high}_{word}_nm_per_arcmin", f"rigidity {sign} {low}–{high} %")
                 for low, high in ranges
@@ -152,7 +152,7 @@ class LoopOfFile:
             return np.full(len(self.names), np.nan)
         width = math.nan if found.coarse else found.hysteresis_loss
         angles = np.array([found.lost_motion, width]) / ARCMIN
-        energy = found.loss_energy / NEWTON_METRE
+        energy = found.loss_energy / NEWTON_METRE / ARCMIN
         return np.concatenate([angles, [energy], found.rigidity.ravel() * ARCMIN / NEWTON_METRE])
 
     def notes(self, values: FloatArray) -> tuple[str, ...]:
@@ -201,7 +201,7 @@ class OrdersOfFile:
         """Peak to peak and each order."""
         numbers = (self.drive.trochoid.lobes, self.drive.trochoid.pins, self.poses, single_orders(self.drive))
         orders = (
-            FigureName(f"order_{o}_arcsec", f"order {order_label(o, *numbers)}".replace(" = ", ": "))
+            FigureName(f"order_{o}_amplitude_arcsec", f"order {order_label(o, *numbers)}".replace(" = ", ": "))
             for o in self.orders
         )
         return (FigureName("peak_to_peak_arcsec", "peak to peak", self.limit), *orders)

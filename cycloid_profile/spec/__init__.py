@@ -8,6 +8,7 @@ from cycloid_profile.spec.io import plain_text as plain_text
 from cycloid_profile.spec.io import read_spec as read_spec
 from cycloid_profile.spec.io import spec_schema as spec_schema
 from cycloid_profile.spec.io import toml_values as toml_values
+from cycloid_profile.spec.io import unreadable as unreadable
 from cycloid_profile.spec.model import Quality as Quality
 from cycloid_profile.spec.model import Spec as Spec
 from cycloid_profile.spec.model.checks._validation import validated as validated

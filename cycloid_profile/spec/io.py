@@ -36,7 +36,7 @@ def read_spec(path: str | Path) -> Spec:
         remedy = "check the path, or see 'cycloid-profile catalog' for drives"
         raise SpecError("spec file", f"'{file}'", "does not exist", remedy, " ") from None
     except (OSError, ValueError) as error:
-        limit = _reason(error)
+        limit = unreadable(error)
         raise SpecError("spec file", f"'{file}'", limit, "give a TOML text file, see docs/spec.md", " ") from None
     spec = parse_spec(text, name=str(file))
     named_files = {"load.disc_body_file": spec.load.disc_body_file, "export.machine": spec.export.machine}
@@ -83,8 +83,8 @@ def toml_values(text: str) -> dict[str, Any]:
     return values
 
 
-def _reason(error: OSError | ValueError) -> str:
-    """Why a file could not be read, as a clause."""
+def unreadable(error: OSError | ValueError) -> str:
+    """Why ``plain_text`` or ``toml_values`` could not read a file, as a clause."""
     if isinstance(error, UnicodeDecodeError):
         return "cannot be read (it is not UTF-8 text)"
     return f"cannot be read ({error.strerror})" if isinstance(error, OSError) else str(error)

@@ -133,7 +133,7 @@ def test_figures_of_every_kind_with_their_tolerances(
         soft, stiff = loop[key]["measured"], loop[key]["predicted"]
         assert 1.0 / soft == pytest.approx(1.0 / stiff + 1.0 / 134.0, rel=0.02)
     assert loop["lost_motion_arcmin"]["tolerance"] == 1.25
-    assert loop["loss_energy_j"]["tolerance"] is None
+    assert loop["loss_energy_nm_arcmin"]["tolerance"] is None
     assert found["lost_motion_map"]["largest_arcmin"]["tolerance"] == 1.25
     assert found["transmission_error"]["peak_to_peak_arcsec"]["tolerance"] == 7.5
 

@@ -37,7 +37,7 @@ def scan(points: np.ndarray, datum: str = "bore") -> Measurement:
 
 
 def inspected(record: DesignRecord, points: np.ndarray, datum: str = "bore") -> dict[str, CheckResult]:
-    result = inspect_scan(record, scan(points, datum), "ground")
+    result = inspect_scan(record, scan(points, datum))
     return {check.symbol: check for check in result.checks}
 
 
@@ -94,7 +94,7 @@ def test_command_passes_fails_and_refuses(tmp_path: Path, capsys: pytest.Capture
     assert len(printed["flanks"]) == 78
     assert json.loads((out / "inspection.json").read_text(encoding="utf-8")) == printed
     assert {path.name for path in out.iterdir()} == {
-        f"inspection.{ending}" for ending in ("csv", "html", "json", "png", "svg")
+        f"inspection.{ending}" for ending in ("csv", "html", "json", "png", "qif", "svg")
     }
     assert len((out / "inspection.csv").read_text(encoding="utf-8").splitlines()) == 79
     spec.write_text(SPEC + "[export.inspection]\ncumulative_pitch_tolerance_um = 1.5\n", encoding="utf-8")

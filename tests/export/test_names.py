@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 import re
 from collections.abc import Callable
 from dataclasses import replace
@@ -19,7 +20,7 @@ from cycloid_profile.cli.main import run
 from cycloid_profile.design import DesignRecord, design_disc
 from cycloid_profile.export import ascii_name_notes, exporter_for, interpret, machine_of, write_formats
 from cycloid_profile.export.points.nominal_points import read_sequences
-from cycloid_profile.export.writing import plain_name, step_text
+from cycloid_profile.export.writing import notes_of, plain_name, step_text
 from cycloid_profile.report.design import build_package
 from cycloid_profile.spec import parse_spec
 from cycloid_profile.spec.model import Dialect
@@ -159,3 +160,22 @@ def test_no_note_where_the_name_is_kept() -> None:
     assert ascii_name_notes(spec, ("csv", "dxf", "step", "3mf")) == []
     assert ascii_name_notes(parse_spec(PLAIN), ("gcode", "dmis")) == []
     assert len(ascii_name_notes(spec, ("gcode", "dmis"))) == 1
+
+
+def test_letters_without_a_font_are_a_note_of_command_and_manifest(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """U+50000 lies in a plane without letters: no font has it."""
+    spec, out = tmp_path / "spec.toml", tmp_path / "out"
+    spec.write_text(PLAIN.replace('"plain"', '"plain \U00050000"'), encoding="utf-8")
+    assert run(["export", str(spec), "--format", "drawing", "--out", str(out)]) == 0
+    (noted,) = notes_of(json.loads((out / "manifest.json").read_text(encoding="utf-8"))["files"])
+    assert "\U00050000 as U+50000" in noted
+    assert noted in capsys.readouterr().err
+
+
+def test_a_quiet_command_says_no_notes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "named.toml"
+    file.write_text(PLAIN.replace('"plain"', f'"{NAME}"'), encoding="utf-8")
+    assert run(["export", str(file), "--format", "vdafs", "--out", str(tmp_path / "out"), "--quiet"]) == 0
+    assert capsys.readouterr().err == ""

@@ -180,7 +180,7 @@ def test_the_verdict_of_a_design_contradicts_no_check(statuses: list[CheckStatus
         assert ("want of data" in sentence) == (CheckStatus.NOT_CHECKED in statuses)
 
 
-CHECK = CheckResult("runout", "F_r", 1e-3, 1e-4, 0.0, 2e-3, False, "IT4, ground")
+CHECK = CheckResult("runout", "F_r", "radius", 2e-3, False, "IT4, ground", 1e-3, 1e-4, 0.0)
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ import pytest
 
 from cycloid_profile.effects import transmitted_torque
 from cycloid_profile.measurement import HYSTERESIS, LOST_MOTION_MAP, TRANSMISSION_ERROR, Measurement
-from cycloid_profile.rig import compared_figures, evaluate_loop, measurement_residual
+from cycloid_profile.rig import compared_figures, evaluate_loop, key_figures, measurement_residual
 from cycloid_profile.rig.file_figures import LoopOfFile
 from cycloid_profile.units import ARCMIN, NEWTON_METRE
 
@@ -131,18 +131,37 @@ def test_orders_of_a_turn(drawn) -> None:
     found = compared_figures(measurement_residual(drawn, turn_file(sizes)))
     by_key = {one.name.key: one for one in found.figures}
     for order, size in sizes.items():
-        figure = by_key[f"order_{order}_arcsec"]
+        figure = by_key[f"order_{order}_amplitude_arcsec"]
         assert figure.measured == pytest.approx(size, abs=1e-9)
         # Poses a pin pitch apart are identical: other orders than multiples of 40 cannot be predicted.
         assert figure.predicted == pytest.approx(0.0, abs=0.3 if order % 40 == 0 else 1e-9)
         assert figure.difference == figure.measured - figure.predicted
     titles = {key: one.name.title for key, one in by_key.items()}
-    assert titles["order_1_arcsec"].endswith("encoder")
-    assert titles["order_121_arcsec"].endswith("input")
-    assert titles["order_160_arcsec"].endswith("sun")
-    assert titles["order_80_arcsec"].startswith("order 80: 40·2")
-    assert titles["order_7_arcsec"] == "order 7"
+    assert titles["order_1_amplitude_arcsec"].endswith("encoder")
+    assert titles["order_121_amplitude_arcsec"].endswith("input")
+    assert titles["order_160_amplitude_arcsec"].endswith("sun")
+    assert titles["order_80_amplitude_arcsec"].startswith("order 80: 40·2")
+    assert titles["order_7_amplitude_arcsec"] == "order 7"
     assert "peak_to_peak_arcsec" in by_key
+
+
+def test_simulated_and_compared_figures_have_one_name_and_value(drawn) -> None:
+    """``simulate --json`` and ``compare --json`` share their keys: a figure is the same number under both."""
+    torque, angle = two_slope_loop((0.0, 1.0, -1.0, 1.0), 7.0)
+    # Up to the rated torque: 3 % of the peak is then 3 % of that.
+    torque *= drawn.case.torque / NEWTON_METRE / PEAK
+    loop = Measurement(HYSTERESIS, {"torque_nm": torque, "angle_arcmin": angle}, {}, name="loop.csv")
+    turn = turn_file({1: 0.8, 7: 3.0, 39: 0.5})
+    for measured, shared in (
+        (loop, {"lost_motion_arcmin", "hysteresis_loss_arcmin", "loss_energy_nm_arcmin"}),
+        (turn, {"peak_to_peak_arcsec", *(f"order_{order}_amplitude_arcsec" for order in (1, 7, 39))}),
+    ):
+        simulated = key_figures(measured)
+        compared = {
+            one.name.key: one.measured for one in compared_figures(measurement_residual(drawn, measured)).figures
+        }
+        assert shared <= simulated.keys() & compared.keys()
+        assert [compared[key] for key in shared] == pytest.approx([simulated[key] for key in shared], rel=1e-9)
 
 
 def test_a_part_of_a_turn_has_no_orders(drawn) -> None:
@@ -159,7 +178,7 @@ def test_noise_is_the_change_that_noise_makes(drawn) -> None:
     columns = dict(measured.columns) | {"error_arcsec": column}
     keys = dict(measured.keys) | {"noise_arcsec": str(noise)}
     residual = measurement_residual(drawn, Measurement(TRANSMISSION_ERROR, columns, keys))
-    figure = next(one for one in compared_figures(residual).figures if one.name.key == "order_39_arcsec")
+    figure = next(one for one in compared_figures(residual).figures if one.name.key == "order_39_amplitude_arcsec")
     assert figure.noise == pytest.approx(2.0 * noise / math.sqrt(measured.rows), rel=0.3)
 
 

@@ -172,6 +172,12 @@ def print_text(*sentences: str) -> None:
         print(*([sentence] if width is None else fold(printable(sentence), width)), sep="\n")
 
 
+def hint(*sentences: str, quiet: bool) -> None:
+    """Sentences on stderr that a ``quiet`` command leaves out: they change no result."""
+    if not quiet:
+        warn(*sentences)
+
+
 def warn(*sentences: str) -> None:
     """Sentences on stderr."""
     for sentence in sentences:

@@ -37,7 +37,6 @@ from cycloid_profile.diagnosis.model.optimum import Attempt as Attempt
 from cycloid_profile.diagnosis.model.optimum import Optimum as Optimum
 from cycloid_profile.diagnosis.model.priors import Priors as Priors
 from cycloid_profile.diagnosis.model.priors import priors_of as priors_of
-from cycloid_profile.diagnosis.model.priors import quality_of as quality_of
 from cycloid_profile.diagnosis.model.priors import standard_tolerance as standard_tolerance
 from cycloid_profile.diagnosis.model.residuals import Residuals as Residuals
 from cycloid_profile.diagnosis.model.residuals import nuisance_fitted as nuisance_fitted

@@ -63,11 +63,9 @@ from cycloid_profile.effects import (
 )
 from cycloid_profile.errors import LoadError
 from cycloid_profile.geometry import Cranks, Drive
-from cycloid_profile.spec.model import Quality
-from cycloid_profile.units import ARCMIN, ARCSEC, GPA, NEWTON_METRE, UM, unit_of
+from cycloid_profile.spec.model import FLANK_GRADES, HOLE_GRADES, STIFFEST_PLASTIC, ByQuality, Quality, quality_of
+from cycloid_profile.units import ARCMIN, ARCSEC, NEWTON_METRE, UM, unit_of
 
-# Plastics are below this modulus, filled ones too; the softest metal of a gear, magnesium, has 45 GPa.
-_STIFFEST_PLASTIC = 15.0 * GPA
 _POSES = 4  # the mean stiffness of an RV-40E at 4 poses is that at 24 within 0.1 %
 _WIDTH_OF_TOLERANCE = 2.0  # of an effect that is not in the table
 _BASE_UNITS = {
@@ -87,21 +85,10 @@ def standard_tolerance(grade: int, dimension: float) -> float:
 
     10^((IT − 1)/5) i with i = 0.45 D^(1/3) + 0.001 D [µm], ISO 286-1:2010, 4.1; IT6 to IT18 of its Table 1 within the
     rounding and the steps of D. Below IT6 the series is continued; to 180 mm the standard is up to 40 % wider there.
+    A prior is smooth in size; ``spec.model.standard_zone`` has the values that the standard prints.
     """
     unit = 0.45 * dimension ** (1.0 / 3.0) + 0.001 * dimension
     return float(10.0 ** ((grade - 1) / 5.0) * unit * UM)
-
-
-class ByQuality(NamedTuple):
-    """A value for each quality of manufacture."""
-
-    ground: float
-    machined: float
-    printed: float
-
-    def of(self, quality: Quality) -> float:
-        """The value of one quality."""
-        return float(getattr(self, quality))
 
 
 class PriorRule(Protocol):
@@ -236,12 +223,12 @@ def _bearing_compliance(reducer: AsBuiltReducer) -> float:
 
 
 # Grades that grinding, milling or turning, and printing hold; see docs/diagnosis.md, "Priors", for each reason.
-_FLANK = WithinGrade(_pin_circle, ByQuality(4, 7, 12))
+_FLANK = WithinGrade(_pin_circle, FLANK_GRADES)
 _WITHIN_ONE_PASS = WithinGrade(_pin_circle, ByQuality(3, 6, 11))
 _WAVINESS = WithinGrade(_pin_circle, ByQuality(1, 4, 10))
 _RING = WithinGrade(_pin_circle, ByQuality(5, 8, 12))
 _PIN = WithinGrade(_pin, ByQuality(5, 6, 12), on_pins=True)
-_CRANK = WithinGrade(_crank_circle, ByQuality(5, 7, 12))
+_CRANK = WithinGrade(_crank_circle, HOLE_GRADES)
 _GEARS = ByQuality(8, 9, 12)
 _SERIES = ByQuality(5.0, 5.0, 20.0)
 _CREEP = ByQuality(1.2, 1.2, 5.0)  # a quarter: plastics lose that share of their short-time modulus within minutes
@@ -314,17 +301,9 @@ class Priors:
         return rule.width(self) * (unit if reciprocal else 1.0 / unit)
 
 
-def quality_of(stated: Quality | None, modulus: float) -> Quality:
-    """Quality of manufacture as ``stated``, else printed for a disc of plastic and ground for one of metal.
-
-    ``modulus`` of the disc [MPa].
-    """
-    return stated or ("printed" if modulus < _STIFFEST_PLASTIC else "ground")
-
-
 def priors_of(reducer: AsBuiltReducer) -> Priors:
     """Prior widths for a reducer, its quality from the material of the disc where the spec gives none."""
     case = reducer.case
     quality = quality_of(reducer.quality, case.disc_material.youngs_modulus)
-    bought = quality == "printed" and case.pin_material.youngs_modulus >= _STIFFEST_PLASTIC
+    bought = quality == "printed" and case.pin_material.youngs_modulus >= STIFFEST_PLASTIC
     return Priors(reducer, quality, "machined" if bought else quality)

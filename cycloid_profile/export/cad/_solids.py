@@ -19,10 +19,12 @@ import numpy as np
 from build123d import Axis, Color, Compound, Edge, Face, Location, Part, Plane, Solid, Vector, Wire, import_step
 from OCP.APIHeaderSection import APIHeaderSection_MakeHeader
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge
+from OCP.BRepGProp import BRepGProp
 from OCP.BRepMesh import BRepMesh_IncrementalMesh
 from OCP.collections import Array1_double, Array1_gp_Pnt, Array1_int
 from OCP.Geom import Geom_BSplineCurve
 from OCP.gp import gp_Pnt
+from OCP.GProp import GProp_GProps
 from OCP.IFSelect import IFSelect_ReturnStatus
 from OCP.Interface import Interface_Static
 from OCP.Message import Message, Message_Gravity
@@ -55,6 +57,7 @@ _STYLE = re.compile(
 _OCCURRENCE = re.compile(r"(NEXT_ASSEMBLY_USAGE_OCCURRENCE\(\s*)'\d+'")
 _STRING, _ESCAPE = re.compile("'[^']*'"), "\\X"
 _MESH_ANGLE = 0.5  # rad between neighbouring chords at most
+_VOLUME_ERROR = 1e-6  # of a face, relative
 _CHECKS_PER_SPAN = 9  # more than the extremes of the error of a cubic span
 
 
@@ -245,9 +248,13 @@ def top_edges(solid: Solid) -> tuple[list[Edge], int, int]:
     return list(top.outer_wire().edges()), len(top.inner_wires()), len(faces)
 
 
-def top_area(solid: Solid) -> float:
-    """Area of the top face by the kernel's integration [mm²]."""
-    return float(solid.faces().sort_by(Axis.Z)[-1].area)
+def measured(solid: Solid) -> tuple[float, float]:
+    """Area of the top face [mm²], and volume by the kernel's integration over all faces [mm³]."""
+    # Its default takes too few points on spline faces, 3e-5 off on the flanks of an RV-40E, and its other adaptive
+    # one ends 5e-3 off; the one by Gauss and Kronrod is to the error asked for.
+    found = GProp_GProps()
+    BRepGProp.VolumePropertiesGK_s(solid.wrapped, found, _VOLUME_ERROR, True, True)
+    return float(solid.faces().sort_by(Axis.Z)[-1].area), float(found.Mass())
 
 
 def face_count(solid: Solid) -> int:

@@ -11,8 +11,7 @@ _DECIMALS = 4  # below 1e-8 of any disc
 def plate_measures(record: ProfileSource, edge: tuple[SplinePiece, ...]) -> dict[str, float]:
     """Area [mm²] and volume [mm³] of the disc, and of the plate inside ``edge`` by OpenCascade.
 
-    ``edge`` holds the splines of the tooth as read from a file. The kernel integrates its own top face; the volume is
-    that of the prism on this face, because its integral over the side faces is three to ten times less accurate.
+    ``edge`` holds the splines of the tooth as read from a file.
     """
     try:
         require_cad_kernel()
@@ -20,13 +19,15 @@ def plate_measures(record: ProfileSource, edge: tuple[SplinePiece, ...]) -> dict
         return measures_of(record)
     from cycloid_profile.export.cad import _solids as kernel
 
-    return measures_of(record, kernel.top_area(kernel.plate(edge, record.outline.contours, 0.0, 1.0)))
+    return measures_of(
+        record, kernel.measured(kernel.plate(edge, record.outline.contours, 0.0, record.drive.disc_width))
+    )
 
 
-def measures_of(record: ProfileSource, kernel_area: float | None = None) -> dict[str, float]:
-    """Exact area [mm²] and volume [mm³] of the disc, and those from the area of its face by the kernel [mm²]."""
-    width, exact = record.drive.disc_width, record.outline.area
-    found = {"area_mm2": exact, "volume_mm3": exact * width}
-    if kernel_area is not None:
-        found |= {"opencascade_area_mm2": kernel_area, "opencascade_volume_mm3": kernel_area * width}
+def measures_of(record: ProfileSource, by_kernel: tuple[float, float] | None = None) -> dict[str, float]:
+    """Exact area [mm²] and volume [mm³] of the disc, and those ``by_kernel``."""
+    exact = record.outline.area
+    found = {"area_mm2": exact, "volume_mm3": exact * record.drive.disc_width}
+    if by_kernel is not None:
+        found |= dict(zip(("opencascade_area_mm2", "opencascade_volume_mm3"), by_kernel, strict=True))
     return {name: round(value, _DECIMALS) for name, value in found.items()}

@@ -87,6 +87,16 @@ def open_edges(mesh: Mesh) -> int:
     return int(np.sum(repeats - 1)) + sum((b, a) not in edges for a, b in edges)
 
 
+def write_closed_mesh(mesh: Mesh, name: str, path: Path, kind: str) -> Mesh:
+    """Write a mesh and read it back. Raises ``LibraryMissing``, or ``ExportError`` if it is then open."""
+    library = lib3mf()
+    write_mesh(library, mesh, name, path, kind)
+    back = read_mesh(library, path, kind)
+    if gaps := open_edges(back):
+        raise read_back_error("mesh", path, f"read back with {gaps} open edges")
+    return back
+
+
 def _triangulated(rings: list[ComplexArray], flat: ComplexArray) -> IntArray:
     """Counterclockwise triangles between the rings as corner indices, without added corners."""
     import shapely
@@ -109,17 +119,13 @@ class MeshExporter(SingleFileExporter[ProfileSource]):
 
         Raises ``LibraryMissing``, or ``ExportError`` if the mesh read back is open or the offset undercuts.
         """
-        library = lib3mf()
         settings = source.spec.export.print
         outline = printed(source.outline, print_offsets(source.spec))
         mesh = extruded(outline, source.drive.disc_width, settings.chord_um * UM)
-        write_mesh(library, mesh, source.spec.name, path, self.format)
-        back = read_mesh(library, path, self.format)
-        if gaps := open_edges(back):
-            raise read_back_error("mesh", path, f"read back with {gaps} open edges")
+        back = write_closed_mesh(mesh, source.spec.name, path, self.format)
         found = deviation_both_ways(outline.profile, tooth_chords(back))
         rounding = 2.0 * _EPSILON * outline.tip_radius
-        entities = {"triangles": len(back.triangles), "corners": len(back.corners), "open_edges": gaps}
+        entities = {"triangles": len(back.triangles), "corners": len(back.corners), "open_edges": 0}
         return self.measured(settings.chord_um * UM + rounding, found, "lib3mf", entities)
 
 

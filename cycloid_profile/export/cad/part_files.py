@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 from cycloid_profile.design import DesignRecord, disc_parts
-from cycloid_profile.export.cad.mesh import Mesh, open_edges, print_offsets, read_mesh, write_mesh
+from cycloid_profile.export.cad.mesh import Mesh, print_offsets, write_closed_mesh
 from cycloid_profile.export.cad.parts import StagePart
 from cycloid_profile.export.cad.step import cad_material, cad_part, part_material, parts_of
-from cycloid_profile.export.writing import WrittenFile, lib3mf, read_back_error, require_cad_kernel
+from cycloid_profile.export.writing import WrittenFile, require_cad_kernel
 from cycloid_profile.units import UM
 
 _FOLDER = "parts"
@@ -33,15 +34,12 @@ class PartStepExporter:
         require_cad_kernel()
         from cycloid_profile.export.cad import _solids as kernel
 
-        (folder / _FOLDER).mkdir(exist_ok=True)
-        written = []
-        for part in parts_of(record):
-            path = folder / _FOLDER / f"{_stem(part)}.step"
+        def write_one(part: StagePart, path: Path) -> dict[str, int]:
             kernel.write_part(cad_part(record, part), path, record.spec.export.step.schema)
             (solid,) = kernel.sound_solids(kernel.read_shape(path), path, 1)
-            entities = {"solids": 1, "faces": kernel.face_count(solid), "quantity": len(part.placements)}
-            written.append(WrittenFile(f"{_FOLDER}/{path.name}", self.format, entities=entities))
-        return tuple(written)
+            return {"solids": 1, "faces": kernel.face_count(solid)}
+
+        return _write_each(parts_of(record), folder, self.format, "step", write_one)
 
 
 @dataclass(frozen=True)
@@ -64,19 +62,32 @@ class PartMeshExporter:
         require_cad_kernel()
         from cycloid_profile.export.cad import _solids as kernel
 
-        library, chord = lib3mf(), record.spec.export.print.chord_um * UM
-        (folder / _FOLDER).mkdir(exist_ok=True)
-        written = []
-        for part in parts_of(record, 0.0, print_offsets(record.spec)):
-            path = folder / _FOLDER / f"{_stem(part)}.{self.suffix}"
+        chord = record.spec.export.print.chord_um * UM
+
+        def write_one(part: StagePart, path: Path) -> dict[str, int]:
             mesh = Mesh(*kernel.tessellated(cad_part(record, part).solid, chord))
-            write_mesh(library, mesh, f"{record.spec.name} {part.kind}", path, self.suffix)
-            back = read_mesh(library, path, self.suffix)
-            if gaps := open_edges(back):
-                raise read_back_error("mesh", path, f"read back with {gaps} open edges")
-            entities = {"triangles": len(back.triangles), "open_edges": gaps, "quantity": len(part.placements)}
-            written.append(WrittenFile(f"{_FOLDER}/{path.name}", self.format, entities=entities))
-        return tuple(written)
+            back = write_closed_mesh(mesh, f"{record.spec.name} {part.kind}", path, self.suffix)
+            return {"triangles": len(back.triangles), "open_edges": 0}
+
+        parts = parts_of(record, 0.0, print_offsets(record.spec))
+        return _write_each(parts, folder, self.format, self.suffix, write_one)
+
+
+def _write_each(
+    parts: Iterable[StagePart],
+    folder: Path,
+    kind: str,
+    suffix: str,
+    write_one: Callable[[StagePart, Path], dict[str, int]],
+) -> tuple[WrittenFile, ...]:
+    """A file of every part; ``write_one`` returns the items in it by kind."""
+    (folder / _FOLDER).mkdir(exist_ok=True)
+    written = []
+    for part in parts:
+        name = f"{_FOLDER}/{_stem(part)}.{suffix}"
+        entities = write_one(part, folder / name) | {"quantity": len(part.placements)}
+        written.append(WrittenFile(name, kind, entities=entities))
+    return tuple(written)
 
 
 @dataclass(frozen=True)

@@ -22,12 +22,12 @@ from cycloid_profile.export.cad.parts import (
     mounted,
     stage_parts,
 )
-from cycloid_profile.export.curves import FIT_SHARE, ProfileSource, SplinePiece, deviation_both_ways, disc_splines
+from cycloid_profile.export.curves import ProfileSource, SplinePiece, deviation_both_ways, fitted_splines
 from cycloid_profile.export.writing import SingleFileExporter, WrittenFile, require_cad_kernel
 from cycloid_profile.geometry import DiscOutline
 from cycloid_profile.spec.model import MaterialSpec
 from cycloid_profile.spec.model.materials import is_like_steel
-from cycloid_profile.units import DEGREE, UM
+from cycloid_profile.units import DEGREE
 
 _DISC_COLOUR = (0.70, 0.75, 0.80)
 _COLOURS = {
@@ -58,14 +58,14 @@ class StepExporter(SingleFileExporter[ProfileSource]):
         require_cad_kernel()
         from cycloid_profile.export.cad import _solids as kernel
 
-        tolerance, part = source.spec.export.chord_tolerance_um * UM, _disc_part(source)
+        tolerance, part = source.spec.export.chord_tolerance, _disc_part(source)
         kernel.write_part(part, path, source.spec.export.step.schema)
         (disc,) = kernel.sound_solids(kernel.read_shape(path), path, 1)
         edges, holes, faces = kernel.top_edges(disc)
         found = deviation_both_ways(source.profile, kernel.points_on(edges))
         counts = {"solids": 1, "faces": faces, "tooth_edges": len(edges), "holes": holes}
         file = self.measured(tolerance, found, "OpenCascade, valid closed solid", counts)
-        return replace(file, measures=measures_of(source, kernel.top_area(disc)))
+        return replace(file, measures=measures_of(source, kernel.measured(disc)))
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ class StepAssemblyExporter(SingleFileExporter[DesignRecord]):
         require_cad_kernel()
         from cycloid_profile.export.cad import _solids as kernel
 
-        tolerance = source.spec.export.chord_tolerance_um * UM
+        tolerance = source.spec.export.chord_tolerance
         angle = source.spec.export.step.crank_angle_deg * DEGREE
         placements, parts = disc_placements(source.drive, angle), _stage(source, angle)
         kernel.write_assembly(source.spec.name, parts, path, source.spec.export.step.schema)
@@ -142,8 +142,7 @@ def _stage(record: DesignRecord, crank_angle: float) -> tuple[CadPart, ...]:
 
 
 def _tooth(record: ProfileSource) -> tuple[SplinePiece, ...]:
-    tolerance = record.spec.export.chord_tolerance_um * UM
-    return disc_splines(record.profile, record.spec.export.step.degree, FIT_SHARE * tolerance)
+    return fitted_splines(record, record.spec.export.step.degree)
 
 
 def parts_of(

@@ -23,5 +23,6 @@ from cycloid_profile.export.curves.curve_pieces import tolerance_error as tolera
 from cycloid_profile.export.curves.spline import FIT_SHARE as FIT_SHARE
 from cycloid_profile.export.curves.spline import SplinePiece as SplinePiece
 from cycloid_profile.export.curves.spline import disc_splines as disc_splines
+from cycloid_profile.export.curves.spline import fitted_splines as fitted_splines
 from cycloid_profile.export.curves.spline import joined as joined
 from cycloid_profile.export.curves.spline import lobe_splines as lobe_splines

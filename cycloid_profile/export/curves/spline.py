@@ -14,7 +14,13 @@ import numpy as np
 from cycloid_profile._display import Described
 from cycloid_profile.arrays import ComplexArray, FloatArray
 from cycloid_profile.export.curves.audit import distances
-from cycloid_profile.export.curves.curve_pieces import Piece, flanks, kept_for_its_profile, tolerance_error
+from cycloid_profile.export.curves.curve_pieces import (
+    Piece,
+    ProfileSource,
+    flanks,
+    kept_for_its_profile,
+    tolerance_error,
+)
 from cycloid_profile.geometry import ToothPoints, ToothProfile
 
 FIT_SHARE = 0.8  # of the promised tolerance, used by the fit
@@ -98,6 +104,11 @@ def disc_splines(profile: ToothProfile, degree: int, tolerance: float) -> tuple[
     lobe = lobe_splines(profile, degree, tolerance)
     lobes = profile.trochoid.lobes
     return _chained(tuple(piece.rotated(-2.0 * math.pi * m / lobes).rounded() for m in range(lobes) for piece in lobe))
+
+
+def fitted_splines(source: ProfileSource, degree: int) -> tuple[SplinePiece, ...]:
+    """``disc_splines`` of a disc to be made, within the share of its tolerance that is left to the fit."""
+    return disc_splines(source.profile, degree, FIT_SHARE * source.spec.export.chord_tolerance)
 
 
 def joined(pieces: tuple[SplinePiece, ...]) -> SplinePiece:

@@ -48,12 +48,12 @@ def draw_detail(sheet: Sheet, record: DesignRecord, limits: Tolerances, at: comp
         along = (hub - end) / abs(hub - end)
         sheet.line(end - 4.0 * along, end + 4.0 * along, "CENTRE")
     chord = 2.0 * root * math.sin(half)
-    dimension(sheet, left_root, right_root, -1j, f"{chord:.3f}")
-    edge = min(float(np.min(tooth.real)), left_root.real - _PIN_WIDTH)
-    top = at + 1j * (tip - root) * scale
-    dimension(sheet, complex(edge, at.imag), complex(edge, top.imag), -1.0, f"{tip - root:.3f}")
     below = float(min(np.min(tooth.imag), left_root.imag)) - 22.0
     sheet.text(complex(at.real, below), f"Z ({shown})", 3.5, "CENTER")
+    dimension(sheet, left_root, right_root, -1j, f"{chord:.3f}")
+    # At the right ends of both arcs, which the extension lines continue.
+    radial = polar(1.0, 90.0 - open_deg)
+    dimension(sheet, hub + root * scale * radial, hub + tip * scale * radial, -1j * radial, f"{tip - root:.3f}")
     _labels(sheet, record, limits, at, scale, hub)
     label(sheet, pin_end, [Words(f"pin Ø{2.0 * record.drive.pin_radius:g}")])
 
@@ -74,10 +74,10 @@ def _labels(
     found: list[tuple[complex, list[Row]]] = [
         (tip_at, [Words(f"R{outline.tip_radius:.3f} tip")]),
         (complex(right[int(np.argmin(kappa))]), [Words(f"least convex R{least.convex:.3f}")]),
+        (root_at, [Words(f"R{outline.root_radius:.3f} root"), Frame((f"{lobes} × {360.0 / lobes:.6g}°",))]),
     ]
     if math.isfinite(least.concave):
         found.append((complex(right[int(np.argmax(kappa))]), [Words(f"least concave R{least.concave:.3f}")]))
-    found.append((root_at, [Words(f"R{outline.root_radius:.3f} root"), Frame((f"{lobes} × {360.0 / lobes:.6g}°",))]))
     for tip, rows in found:
         label(sheet, tip, rows)
     flank = complex(left[int(0.55 * _POINTS)])

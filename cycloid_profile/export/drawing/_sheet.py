@@ -39,12 +39,13 @@ _METADATA = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}, ".png": {}}
 class Sheet:
     """A drawing sheet; points are complex, in mm of paper from its lower left corner.
 
-    Everything drawn takes its cells of ``taken``, so that labels find free places.
+    Everything drawn takes its cells of ``taken``, so that labels find free places. ``texts`` lists what is written.
     """
 
     doc: Any
     unit: float
     taken: Space = field(default_factory=Space)
+    texts: list[str] = field(default_factory=list)
 
     @property
     def space(self) -> Any:
@@ -102,6 +103,7 @@ class Sheet:
         """One line of text as filled outlines, smaller where it is wider than ``room``; ``turn`` has unit length."""
         if not text:
             return
+        self.texts.append(text)
         height *= min(1.0, room / max(text_width(text, height), 1e-9))
         start = at - turn * _ALIGN[align] * text_width(text, height)
         corner, size = text_box(text, height)

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import logging
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,6 @@ _NARROW = 0.85
 _FLAT = 0.02  # of the height of capitals, error of the outlines
 _SLIT = 2e-4  # of the height of capitals
 _HANGING = 0.3  # below the base line, in heights of capitals
-_log = logging.getLogger("cycloid_profile")
 
 
 def text_width(text: str, height: float) -> float:
@@ -39,15 +37,19 @@ def outlines(text: str, height: float) -> list[list[complex]]:
 
 @cache
 def shown(text: str) -> str:
-    """The text with code points in place of letters that no font has; a warning names them."""
+    """The text with code points in place of letters that no font has."""
     composed = unicodedata.normalize("NFC", text)
-    missing = sorted({letter for letter in composed if _font_of(letter) is None})
-    if missing:
-        codes = ", ".join(f"{letter} as {_code(letter)}" for letter in missing)
-        _log.warning(
-            "the drawing shows %s: no font of this machine has them; install one, such as Noto Sans CJK", codes
-        )
-    return "".join(f" {_code(letter)}" if letter in missing else letter for letter in composed).strip()
+    return "".join(letter if _font_of(letter) else f" {_code(letter)}" for letter in composed).strip()
+
+
+def font_notes(texts: Iterable[str]) -> tuple[str, ...]:
+    """A sentence on the letters of some texts that are shown as code points."""
+    letters = set(unicodedata.normalize("NFC", "".join(texts)))
+    missing = sorted(letter for letter in letters if _font_of(letter) is None)
+    if not missing:
+        return ()
+    codes = ", ".join(f"{letter} as {_code(letter)}" for letter in missing)
+    return (f"the drawing shows {codes}: no font of this machine has them; install one, such as Noto Sans CJK",)
 
 
 def _code(letter: str) -> str:

@@ -1,24 +1,24 @@
-"""Tolerances of the drawing: of the spec, else proposed with their source."""
+"""Tolerances of the drawing: those of the inspection, and perpendicularity, with the marks that notes explain."""
 
 from __future__ import annotations
 
-import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 from cycloid_profile.design import DesignRecord
-from cycloid_profile.export.inspection import inspection_plan
-from cycloid_profile.export.inspection.plan import SHARE
-from cycloid_profile.units import ARCMIN, UM
+from cycloid_profile.export.inspection import STATED, Tolerance, inspection_tolerances
+from cycloid_profile.units import UM
 
 # Perpendicularity up to a length of the shorter side [mm], ISO 2768-2 Table 2 [mm].
 _LENGTHS = (100.0, 300.0, 1000.0, 3000.0)
 _PERPENDICULARITY = {"H": (0.2, 0.3, 0.4, 0.5), "K": (0.4, 0.6, 0.8, 1.0), "L": (0.6, 1.0, 1.5, 2.0)}
+_MARKS = ("*", "**")  # of grades, in the order of their sources
+GENERAL = "†"
 
 
 @dataclass(frozen=True, slots=True)
-class Tolerance:
-    """A tolerance [mm], or [arcmin] of an angle; None where nothing gives one. ``mark`` refers to the note."""
+class ShownTolerance:
+    """A tolerance as the drawing shows it [mm], or [arcmin] of an angle; None where nothing gives one."""
 
     size: float | None
     mark: str = ""
@@ -35,66 +35,49 @@ class Tolerance:
 class Tolerances:
     """Tolerances of a disc: zones and ranges whole, pitch and hole angle ±. ``notes`` explain their marks."""
 
-    profile: Tolerance
-    single_pitch: Tolerance
-    cumulative_pitch: Tolerance
-    runout: Tolerance
-    hole_position: Tolerance
-    hole_angle_arcmin: Tolerance
-    perpendicularity: Tolerance
+    profile: ShownTolerance
+    single_pitch: ShownTolerance
+    cumulative_pitch: ShownTolerance
+    runout: ShownTolerance
+    hole_position: ShownTolerance
+    hole_angle_arcmin: ShownTolerance
+    perpendicularity: ShownTolerance
     notes: tuple[str, ...]
 
 
-PLAY, GENERAL = "*", "†"
-
-
 def tolerances(record: DesignRecord) -> Tolerances:
-    """Those of ``export.drawing``, else of the inspection plan, else proposed like there from the play of a flank.
+    """Those of ``inspection_tolerances``; perpendicularity falls back to ISO 2768-2."""
+    limits = inspection_tolerances(record, on_drawing=True)
+    present = [limit for limit in (getattr(limits, one.name) for one in fields(limits)) if limit is not None]
+    grades = dict.fromkeys(limit.source for limit in present if limit.source != STATED)
+    marks = dict(zip(grades, _MARKS, strict=False)) | {STATED: ""}
 
-    A hole off by e, or an angle off by e over a z_c, uses e of the play. Perpendicularity falls back to ISO 2768-2.
-    """
-    fields, plan = record.spec.export.drawing, inspection_plan(record)
-    half = SHARE * plan.flank_play
-    checks = {check.name: check for check in plan.checks}
+    def shown(limit: Tolerance | None, factor: float = 1.0) -> ShownTolerance:
+        return ShownTolerance(None) if limit is None else ShownTolerance(factor * limit.size, marks[limit.source])
 
-    def planned(given_um: float | None, name: str, factor: float = 1.0) -> Tolerance:
-        check = checks[name]
-        if given_um is not None or check.tolerance is None:
-            return Tolerance(None if given_um is None else given_um * UM)
-        return Tolerance(factor * check.tolerance, "" if check.source == "spec" else PLAY)
-
-    def proposed(given: float | None, size: float, step: float) -> Tolerance:
-        if given is not None:
-            return Tolerance(given)
-        down = math.floor(size / step + 1e-9) * step
-        return Tolerance(down, PLAY) if down > 0.0 else Tolerance(None)
-
-    position = None if fields.hole_position_um is None else fields.hole_position_um * UM
-    angle = half / record.drive.trochoid.longest_lever / ARCMIN
-    found = {
-        "profile": planned(fields.profile_tolerance_um, "profile", 2.0),
-        "single_pitch": planned(fields.single_pitch_tolerance_um, "single pitch"),
-        "cumulative_pitch": planned(fields.cumulative_pitch_tolerance_um, "cumulative pitch"),
-        "runout": planned(fields.runout_tolerance_um, "runout"),
-        "hole_position": proposed(position, 2.0 * half, 0.1 * UM),
-        "hole_angle_arcmin": proposed(fields.hole_angle_tolerance_arcmin, angle, 0.01),
-        "perpendicularity": _perpendicularity(record),
-    }
-    reasons = {
-        PLAY: f"{PLAY} not in the spec: half the play of a flank, to be agreed.",
-        GENERAL: f"{GENERAL} not in the spec: {fields.general_tolerance}.",
-    }
-    marks = {tolerance.mark for tolerance in found.values()}
-    return Tolerances(**found, notes=tuple(reason for mark, reason in reasons.items() if mark in marks))
+    perpendicularity = _perpendicularity(record)
+    notes = [f"{marks[grade]} not in the spec: {grade}, ISO 286-1; to be agreed." for grade in grades]
+    if perpendicularity.mark:
+        notes.append(f"{GENERAL} not in the spec: {record.spec.export.drawing.general_tolerance}.")
+    return Tolerances(
+        profile=shown(limits.profile, 2.0),
+        single_pitch=shown(limits.single_pitch),
+        cumulative_pitch=shown(limits.cumulative_pitch),
+        runout=shown(limits.runout),
+        hole_position=shown(limits.hole_position),
+        hole_angle_arcmin=shown(limits.hole_angle_arcmin),
+        perpendicularity=perpendicularity,
+        notes=tuple(notes),
+    )
 
 
-def _perpendicularity(record: DesignRecord) -> Tolerance:
-    fields = record.spec.export.drawing
-    if fields.perpendicularity_um is not None:
-        return Tolerance(fields.perpendicularity_um * UM)
+def _perpendicularity(record: DesignRecord) -> ShownTolerance:
+    drawing = record.spec.export.drawing
+    if drawing.perpendicularity_um is not None:
+        return ShownTolerance(drawing.perpendicularity_um * UM)
     length = min(record.drive.disc_width, 2.0 * record.outline.tip_radius)
-    general = re.fullmatch(r"ISO 2768-[fmcv]([HKL])", fields.general_tolerance)
+    general = re.fullmatch(r"ISO 2768-[fmcv]([HKL])", drawing.general_tolerance)
     fitting = [] if general is None else [
         size for longest, size in zip(_LENGTHS, _PERPENDICULARITY[general[1]], strict=True) if length <= longest
     ]  # fmt: skip
-    return Tolerance(fitting[0], GENERAL) if fitting else Tolerance(None)
+    return ShownTolerance(fitting[0], GENERAL) if fitting else ShownTolerance(None)

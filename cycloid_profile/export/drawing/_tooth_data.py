@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from cycloid_profile.design import DesignRecord, disc_parts
 from cycloid_profile.errors import SpecError
-from cycloid_profile.export.drawing._tolerances import Tolerance, Tolerances
+from cycloid_profile.export.drawing._tolerances import ShownTolerance, Tolerances
 from cycloid_profile.geometry import OverRollers, least_radii, modification_sizes, over_rollers
 from cycloid_profile.spec.model.materials import is_like_steel, named_material
 from cycloid_profile.units import UM
@@ -175,5 +175,5 @@ def _radius(value: float) -> str:
     return _mm(value) if math.isfinite(value) else "none"
 
 
-def _tolerance(tolerance: Tolerance, sign: str = "") -> str:
+def _tolerance(tolerance: ShownTolerance, sign: str = "") -> str:
     return sign + tolerance.in_unit(" mm")

@@ -9,18 +9,18 @@ from pathlib import Path
 
 from cycloid_profile.design import DesignRecord
 from cycloid_profile.errors import ExportError
-from cycloid_profile.export.curves import FIT_SHARE, deviation_both_ways, disc_splines, joined
+from cycloid_profile.export.curves import deviation_both_ways, fitted_splines, joined
 from cycloid_profile.export.drawing._annotation import draw_frame, draw_notes, draw_table, draw_title
 from cycloid_profile.export.drawing._detail import detail_scale, draw_detail, draw_removal
 from cycloid_profile.export.drawing._sheet import Sheet, new_sheet, polar, print_drawing
 from cycloid_profile.export.drawing._symbols import Roughness
+from cycloid_profile.export.drawing._text import font_notes
 from cycloid_profile.export.drawing._tolerances import tolerances
 from cycloid_profile.export.drawing._tooth_data import notes, title_cells, tooth_data
 from cycloid_profile.export.drawing._views import ViewLayout, draw_front, draw_section, label_front, label_section
 from cycloid_profile.export.dxf import read_dxf_profile, repeatable_bytes, save
 from cycloid_profile.export.writing import WrittenFile
 from cycloid_profile.spec import format_spec
-from cycloid_profile.units import UM
 
 SCALES = tuple(factor * 10.0**power for power in range(-3, 4) for factor in (1.0, 2.0, 5.0))  # ISO 5455
 _DEGREE = 3
@@ -46,7 +46,7 @@ class DrawingExporter:
 
         Raises ``ExportError`` if no standard scale fits the sheet, or the DXF fails its audit.
         """
-        tolerance = record.spec.export.chord_tolerance_um * UM
+        tolerance = record.spec.export.chord_tolerance
         paths = [folder / name for name in self.filenames]
         with repeatable_bytes():
             sheet, centre = draw_sheet(record)
@@ -56,7 +56,15 @@ class DrawingExporter:
         # From the sheet, where root 1 is at the top, to the disc frame.
         found = deviation_both_ways(record.profile, (spans - centre) / 1j)
         return (
-            WrittenFile(self.filenames[0], self.format, tolerance, found, "ezdxf, audited", entities),
+            WrittenFile(
+                self.filenames[0],
+                self.format,
+                tolerance,
+                found,
+                "ezdxf, audited",
+                entities,
+                notes=font_notes(sheet.texts),
+            ),
             *(WrittenFile(name, self.format) for name in self.filenames[1:]),
         )
 
@@ -72,7 +80,7 @@ def draw_sheet(record: DesignRecord) -> tuple[Sheet, complex]:
     radius = record.outline.tip_radius * scale
     centre = complex(_LEADERS + radius, _AXIS)
     layout = ViewLayout(centre, radius, centre.real + radius + _BETWEEN)
-    curve = joined(disc_splines(record.profile, _DEGREE, FIT_SHARE * record.spec.export.chord_tolerance_um * UM))
+    curve = joined(fitted_splines(record, _DEGREE))
     digest = hashlib.sha256(format_spec(record.spec).encode("utf-8")).hexdigest()
     enlarged = detail_scale(record, SCALES)
     # Fixed places first; labels then find theirs.

@@ -11,7 +11,6 @@ import numpy as np
 from cycloid_profile.arrays import ComplexArray
 from cycloid_profile.export.cad import plate_measures
 from cycloid_profile.export.curves import (
-    FIT_SHARE,
     Arcs,
     Deviation,
     ProfileSource,
@@ -19,8 +18,8 @@ from cycloid_profile.export.curves import (
     chain_of,
     deviation_both_ways,
     disc_arcs,
-    disc_splines,
     distances,
+    fitted_splines,
     offset_left,
 )
 from cycloid_profile.export.curves import joined as joined_spline
@@ -42,8 +41,8 @@ class DxfExporter(SingleFileExporter[ProfileSource]):
 
     def write_file(self, source: ProfileSource, path: Path) -> WrittenFile:
         """Write, audit and read back. Raises ``ExportError`` if the file fails its audit."""
-        tolerance = source.spec.export.chord_tolerance_um * UM
-        splines = disc_splines(source.profile, _DEGREE, FIT_SHARE * tolerance)
+        tolerance = source.spec.export.chord_tolerance
+        splines = fitted_splines(source, _DEGREE)
         with new_dxf(path) as space:
             for spline in splines if source.spec.export.dxf.tooth == "flanks" else (joined_spline(splines),):
                 add_spline(space, spline)
@@ -63,7 +62,7 @@ class ArcDxfExporter(SingleFileExporter[ProfileSource]):
 
     def write_file(self, source: ProfileSource, path: Path) -> WrittenFile:
         """Write, audit and read back. Raises ``ExportError`` if the file fails its audit."""
-        tolerance = source.spec.export.chord_tolerance_um * UM
+        tolerance = source.spec.export.chord_tolerance
         arcs = disc_arcs(source.profile, _ARC_FIT_SHARE * tolerance)
         with new_dxf(path) as space:
             add_polyline(space, arcs.ends[:-1], np.tan(0.5 * arcs.half_sweeps))
@@ -85,7 +84,7 @@ class OffsetDxfExporter(SingleFileExporter[ProfileSource]):
 
         Raises ``ExportError`` if the cutter does not fit into a root or a corner.
         """
-        tolerance = source.spec.export.chord_tolerance_um * UM
+        tolerance = source.spec.export.chord_tolerance
         offset = cutter_offset(source)
         # The outside of the teeth, which run clockwise, and the inside of the openings lie to the left.
         paths = {

@@ -1,4 +1,4 @@
-"""Inspection plan of the finished disc, its DMIS program, and the evaluation of a scan."""
+"""Inspection plan of the finished disc in DMIS and QIF, and the evaluation of a scan."""
 
 from cycloid_profile.export.inspection.dmis import DmisExporter as DmisExporter
 from cycloid_profile.export.inspection.dmis import read_nominals as read_nominals
@@ -10,3 +10,9 @@ from cycloid_profile.export.inspection.plan import Check as Check
 from cycloid_profile.export.inspection.plan import InspectionPlan as InspectionPlan
 from cycloid_profile.export.inspection.plan import inspection_plan as inspection_plan
 from cycloid_profile.export.inspection.plan import plan_rows as plan_rows
+from cycloid_profile.export.inspection.qif import QifExporter as QifExporter
+from cycloid_profile.export.inspection.qif import qif_document as qif_document
+from cycloid_profile.export.inspection.tolerances import STATED as STATED
+from cycloid_profile.export.inspection.tolerances import InspectionTolerances as InspectionTolerances
+from cycloid_profile.export.inspection.tolerances import Tolerance as Tolerance
+from cycloid_profile.export.inspection.tolerances import inspection_tolerances as inspection_tolerances

@@ -182,15 +182,13 @@ def face_points(record: DesignRecord, probe_radius: float) -> list[complex]:
 
 
 def _tolerances(plan: InspectionPlan) -> list[str]:
-    """Definitions of the tolerances that the plan has: profile of points, runout of the roots."""
+    """Definitions of the tolerances of profile of points and runout of the roots."""
     profile, _, _, runout = (check.tolerance for check in plan.checks)
-    lines = [] if profile is None else [f"T(1)=TOL/PROFP,{-profile:.6f},{profile:.6f}"]
-    return lines if runout is None else [*lines, f"T(2)=TOL/CRNOUT,{runout:.6f},DAT(A)"]
+    return [f"T(1)=TOL/PROFP,{-profile:.6f},{profile:.6f}", f"T(2)=TOL/CRNOUT,{runout:.6f},DAT(A)"]
 
 
 def _flank_points(points: ToothPoints, lobe: IntArray, plan: InspectionPlan) -> list[str]:
     """Every nominal point with its touch, output against the profile tolerance."""
-    tolerance = "" if plan.checks[0].tolerance is None else ",TA(1)"
     lines, previous = [], 0
     for number, (at, position, normal) in enumerate(
         zip(lobe.tolist(), points.position.tolist(), points.normal.tolist(), strict=True), start=1
@@ -204,7 +202,7 @@ def _flank_points(points: ToothPoints, lobe: IntArray, plan: InspectionPlan) -> 
             f"MEAS/POINT,F({number}),1",
             f"PTMEAS/CART,{point}",
             "ENDMES",
-            f"OUTPUT/FA({number}){tolerance}",
+            f"OUTPUT/FA({number}),TA(1)",
         ]
     return lines
 
@@ -212,7 +210,7 @@ def _flank_points(points: ToothPoints, lobe: IntArray, plan: InspectionPlan) -> 
 def _pitch_and_runout(points: ToothPoints, lobe: IntArray, plan: InspectionPlan) -> list[str]:
     """Pitch as distances and angles between flank points of neighbouring and of first lobes; runout of a circle
     through the points nearest to the roots. All are constructed from measured points."""
-    single, cumulative, runout = (check.tolerance for check in plan.checks[1:])
+    _, single, cumulative, _ = (check.tolerance for check in plan.checks)
     in_lobe = np.mod(points.phase, 2.0 * math.pi)
     lines = ["$$ PITCH"]
     label = 100
@@ -224,14 +222,13 @@ def _pitch_and_runout(points: ToothPoints, lobe: IntArray, plan: InspectionPlan)
             lines.append(f"CONST/LINE,F({name}{k + 1}),BF,FA(BORE),FA({number})")
         for k, number in enumerate((chosen + 1).tolist()):
             before = k - 1
-            if single is not None:
-                chord = float(abs(at[k] - at[before]))
-                lines += [
-                    f"T({label})=TOL/DISTB,NOMINL,{_mm(chord)},{-single:.6f},{single:.6f},PT2PT",
-                    f"OUTPUT/FA({int(chosen[before]) + 1}),FA({number}),TA({label})",
-                ]
-                label += 1
-            if cumulative is not None and k:
+            chord = float(abs(at[k] - at[before]))
+            lines += [
+                f"T({label})=TOL/DISTB,NOMINL,{_mm(chord)},{-single:.6f},{single:.6f},PT2PT",
+                f"OUTPUT/FA({int(chosen[before]) + 1}),FA({number}),TA({label})",
+            ]
+            label += 1
+            if k:
                 angle = abs(math.degrees(float(np.angle(at[k] / at[0]))))
                 limit = math.degrees(cumulative / plan.pitch_radius)
                 lines += [
@@ -246,7 +243,7 @@ def _pitch_and_runout(points: ToothPoints, lobe: IntArray, plan: InspectionPlan)
         f"F(ROOTS)=FEAT/CIRCLE,OUTER,CART,{_xyz(0j, plan.mid_height)},0,0,1,{_mm(diameter)}",
         "CONST/CIRCLE,F(ROOTS),BF," + ",$\n".join(f"FA({number})" for number in (roots + 1).tolist()),
     ]
-    return [*lines, "OUTPUT/FA(ROOTS)" + ("" if runout is None else ",TA(2)")]
+    return [*lines, "OUTPUT/FA(ROOTS),TA(2)"]
 
 
 def _nearest_in_each_lobe(in_lobe: FloatArray, lobe: IntArray, phase: float) -> IntArray:

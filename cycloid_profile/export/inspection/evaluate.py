@@ -8,7 +8,7 @@ Tooth spaces are fitted in the same way about their roots: there ρ is the radia
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 import numpy as np
 
@@ -16,40 +16,30 @@ from cycloid_profile._display import Described
 from cycloid_profile.arrays import BoolArray, FloatArray
 from cycloid_profile.design import DesignRecord
 from cycloid_profile.errors import MeasurementError
-from cycloid_profile.export.inspection.plan import InspectionPlan, inspection_plan
+from cycloid_profile.export.inspection.plan import Check, InspectionPlan, inspection_plan
 from cycloid_profile.measurement import Measurement
 from cycloid_profile.rig import RegisteredScan, register_scan
-from cycloid_profile.spec.model import Quality
 from cycloid_profile.units import UM
 
 FLANKS = ("left", "right")  # of the tooth, seen from the upper face with its tip up
-_SYMBOLS = ("F_α", "f_p", "F_p", "F_r")  # of the checks of the plan
 _PITCH_ZONE = 0.5  # of the longest lever: the zone about the pitch point in which a flank is placed
 _ROOT_ZONE = 0.5 * math.pi  # rad, phase about the root in which a ball would be seated
 _FEWEST = 3  # points in a zone
 _MAD = 1.4826 / math.sqrt(2.0)  # from the median step between neighbours to the deviation of one point
-# Grades IT at the pin circle whose zone is the tolerance, where a spec gives none.
 _DRAWS = 400  # of noise alone; its mean extremes are then known within a hundredth
-_GRADES: dict[Quality, int] = {"ground": 4, "machined": 7, "printed": 11}
 
 
 @dataclass(frozen=True, slots=True)
-class CheckResult:
-    """One check: largest ``value`` with its standard ``uncertainty`` and its ``tolerance`` [mm]; ``source`` of the
-    tolerance; ``both_ways`` if it is ± about the nominal.
+class CheckResult(Check):
+    """A check of the plan with its largest ``value`` and the standard ``uncertainty`` of it [mm].
 
     ``noise_alone``: the value that this noise would show on an ideal disc, on average [mm]. ``value`` is None where
     the scan cannot show it, such as runout without the datum.
     """
 
-    name: str
-    symbol: str
     value: float | None
     uncertainty: float
     noise_alone: float
-    tolerance: float
-    both_ways: bool
-    source: str
 
     @property
     def passed(self) -> bool | None:
@@ -91,7 +81,7 @@ class Inspection(Described):
         return self.position - np.roll(self.position, 1, axis=0)
 
 
-def inspect_scan(record: DesignRecord, scan: Measurement, quality: Quality) -> Inspection:
+def inspect_scan(record: DesignRecord, scan: Measurement) -> Inspection:
     """Evaluate a profile scan against the final tooth of a design.
 
     Raises ``MeasurementError`` if the scan is of another disc, or does not cover every flank.
@@ -122,7 +112,10 @@ def inspect_scan(record: DesignRecord, scan: Measurement, quality: Quality) -> I
     spread = math.sqrt(2.0) * float(np.max(of_pitch)), math.sqrt(2.0) * float(np.max(of_radius))
     uncertain = (noise, spread[0], spread[0], spread[1])
     alone = _noise_alone(noise, at.removal.size, of_pitch, of_radius)
-    checks = _checks(record, plan, (values, uncertain, alone), quality)
+    checks = tuple(
+        CheckResult(*astuple(check), *found)
+        for check, *found in zip(plan.checks, values, uncertain, alone, strict=True)
+    )
     return Inspection(scan, at, plan, checks, position, low, high, radial, noise)
 
 
@@ -188,22 +181,3 @@ def _noise(scan: Measurement, at: RegisteredScan) -> float:
         return stated * UM
     steps = np.diff(at.removal[np.argsort(at.along, kind="stable")])
     return float(_MAD * np.median(np.abs(steps - np.median(steps))))
-
-
-def _checks(
-    record: DesignRecord, plan: InspectionPlan, found: tuple[tuple[float | None, ...], ...], quality: Quality
-) -> tuple[CheckResult, ...]:
-    """Results of the checks from their values, uncertainties and values of noise alone."""
-    from cycloid_profile.diagnosis.model import standard_tolerance
-
-    grade = _GRADES[quality]
-    zone = standard_tolerance(grade, 2.0 * record.profile.trochoid.pin_circle_radius)
-    results = []
-    for check, symbol, value, uncertainty, alone in zip(plan.checks, _SYMBOLS, *found, strict=True):
-        given = check.tolerance if check.source == "spec" else None
-        tolerance = given or (0.5 * zone if check.both_ways else zone)
-        source = "spec" if given else f"IT{grade}, {quality}"
-        results.append(
-            CheckResult(check.name, symbol, value, uncertainty or 0.0, alone or 0.0, tolerance, check.both_ways, source)
-        )
-    return tuple(results)

@@ -10,29 +10,26 @@ import numpy as np
 
 from cycloid_profile._display import Described
 from cycloid_profile.design import DesignRecord
+from cycloid_profile.export.inspection.tolerances import inspection_tolerances
 from cycloid_profile.export.points import measuring_points
 from cycloid_profile.units import DEGREE, UM
-
-SHARE = 0.5  # of the play of one flank, granted to each kind of error
 
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """One line of the plan: ``tolerance`` ± about the nominal if ``both_ways``, else a width [mm].
-
-    None if it cannot be computed; ``source`` is its origin.
-    """
+    """One line of the plan: ``tolerance`` ± about the nominal if ``both_ways``, else a width [mm]; its ``source``."""
 
     name: str
+    symbol: str
     quantity: str
-    tolerance: float | None
+    tolerance: float
     both_ways: bool
     source: str
 
 
 @dataclass(frozen=True, slots=True, repr=False)
 class InspectionPlan(Described):
-    """Checks of a disc, computed from ``flank_play``, the normal gap of one flank [mm].
+    """Checks of a disc; ``flank_play`` is the normal gap of one flank at first touch [mm].
 
     ``mid_height`` of the points [mm]; ``pitch_radius`` [mm] and ``pitch_phase`` [rad] at which pitch is evaluated;
     ``bore_radius`` [mm], and centre and radius of the first ``crank_hole`` [mm], None without a round one.
@@ -51,7 +48,7 @@ class InspectionPlan(Described):
     probe_radius: float
 
     def _key_figures(self) -> dict[str, str]:
-        checks = {c.name: "to be agreed" if c.tolerance is None else f"{c.tolerance / UM:.1f} µm" for c in self.checks}
+        checks = {c.name: f"{c.tolerance / UM:.1f} µm" for c in self.checks}
         return checks | {"points": f"{self.points_per_lobe} on each of {self.lobes} lobes", "datum": self.datum}
 
     @property
@@ -74,33 +71,26 @@ class InspectionPlan(Described):
 
 
 def inspection_plan(record: DesignRecord) -> InspectionPlan:
-    """The plan of a design.
-
-    Each kind of error may use half the play of a flank; a normal displacement e consumes e of the play. An angular
-    position error β of a lobe displaces the flank by at most a z_c β (theory, Eq. 6), expressed as an arc at the pitch
-    radius; an eccentricity of the teeth displaces it by its own size, and runout is twice the eccentricity.
-    """
+    """The plan of a design, its tolerances those of ``inspection_tolerances``."""
     settings = record.spec.export.inspection
     trochoid = record.profile.trochoid
     phase = trochoid.critical_phase
     pitch_radius = float(np.abs(record.profile.at(phase).position))
     play = max(0.0, 0.5 * record.compensated_accuracy.backlash.least * trochoid.longest_lever)
-    half = SHARE * play
-    per_angle = pitch_radius / trochoid.longest_lever
     arcs = {contour.name: contour.full_circle_arc for contour in record.outline.contours}
     bore, crank_hole = arcs.get("bore"), arcs.get("crank hole 1")
+    limits = inspection_tolerances(record)
     rows = (
-        ("profile", "deviation of the flank along its normal", settings.profile_tolerance_um, half, True),
-        ("single pitch", "deviation of one lobe from the next, arc at the pitch radius", settings.pitch_tolerance_um,
-         half * per_angle, True),
-        ("cumulative pitch", "largest minus least position of a lobe, arc at the pitch radius",
-         settings.cumulative_pitch_tolerance_um, 2.0 * half * per_angle, False),
-        ("runout", "largest minus least radius of the roots about the datum", settings.runout_tolerance_um,
-         2.0 * half, False),
+        ("profile", "F_α", "deviation of the flank along its normal", limits.profile, True),
+        ("single pitch", "f_p", "deviation of one lobe from the next, arc at the pitch radius", limits.single_pitch,
+         True),
+        ("cumulative pitch", "F_p", "largest minus least position of a lobe, arc at the pitch radius",
+         limits.cumulative_pitch, False),
+        ("runout", "F_r", "largest minus least radius of the roots about the datum", limits.runout, False),
     )  # fmt: skip
     _, lobe = measuring_points(record)
     return InspectionPlan(
-        checks=tuple(_check(name, what, given, found, both) for name, what, given, found, both in rows),
+        checks=tuple(Check(name, sign, what, of.size, both, of.source) for name, sign, what, of, both in rows),
         flank_play=play,
         points_per_lobe=int(np.count_nonzero(lobe == 1)),
         lobes=trochoid.lobes,
@@ -114,27 +104,18 @@ def inspection_plan(record: DesignRecord) -> InspectionPlan:
     )
 
 
-def _check(name: str, quantity: str, given_um: float | None, computed: float, both_ways: bool) -> Check:
-    if given_um is not None:
-        return Check(name, quantity, given_um * UM, both_ways, "spec")
-    # Rounded down to a tenth of a micrometre; without play no tolerance remains.
-    down = math.floor(computed / (0.1 * UM) + 1e-9) * 0.1 * UM
-    if down <= 0.0:
-        return Check(name, quantity, None, both_ways, "to be agreed: the drive has no play to share out")
-    return Check(name, quantity, down, both_ways, "half the play of a flank, to be agreed")
-
-
 def plan_rows(plan: InspectionPlan) -> list[str]:
     """The plan as Markdown, one line an entry."""
-    signs = {True: "± ", False: ""}
-    tolerance = [
-        "to be agreed" if c.tolerance is None else f"{signs[c.both_ways]}{c.tolerance / UM:.1f}" for c in plan.checks
-    ]
+    tight = plan.checks[0].tolerance > plan.flank_play
+    beyond = ", less than the profile tolerance: a disc at its limits may touch on both flanks" if tight else ""
     bore = "the disc has no round bore" if plan.bore_radius is None else f"{2.0 * plan.bore_radius:.4f} mm"
     return [
         "| check | quantity | tolerance [µm] | tolerance from |",
         "|---|---|---|---|",
-        *(f"| {c.name} | {c.quantity} | {t} | {c.source} |" for c, t in zip(plan.checks, tolerance, strict=True)),
+        *(
+            f"| {c.name} | {c.quantity} | {'± ' if c.both_ways else ''}{c.tolerance / UM:.4g} | {c.source} |"
+            for c in plan.checks
+        ),
         "",
         f"- Datum A: {plan.datum}, diameter {bore}, {plan.bore_points} points at z = {plan.mid_height:g} mm.",
         f"- Datum B, the turn about A: {plan.turn_datum}; lobe 1 is the one whose root lies on the x axis.",
@@ -144,5 +125,5 @@ def plan_rows(plan: InspectionPlan) -> list[str]:
         f" {plan.pitch_radius:.4f} mm, where the lever arm is longest.",
         f"- Probe: ball of radius {plan.probe_radius:g} mm. Its centre stands off by this along the nominal normal;"
         " points and results are those of the surface, compensated by the machine along the normal.",
-        f"- Play of a flank at first touch: {plan.flank_play / UM:.2f} µm.",
+        f"- Play of a flank at first touch: {plan.flank_play / UM:.2f} µm{beyond}.",
     ]

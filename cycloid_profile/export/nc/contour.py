@@ -49,7 +49,7 @@ class GcodeExporter(SingleFileExporter[ProfileSource]):
 
         Raises ``ExportError`` for a wheel that does not fit the roots, or a program that breaks a rule of the machine.
         """
-        tolerance = source.spec.export.chord_tolerance_um * UM
+        tolerance = source.spec.export.chord_tolerance
         post = post_of(source.spec.export)
         passes = contour_passes(source, post.machine)
         path.write_text(render(_program(source, passes, tolerance, post), post), encoding="ascii", newline="\n")
@@ -83,7 +83,7 @@ class GcodePathExporter(SingleFileExporter[ProfileSource]):
     def write_file(self, source: ProfileSource, path: Path) -> WrittenFile:
         """See ``SingleFileExporter.write_file``."""
         export = source.spec.export
-        tolerance = export.chord_tolerance_um * UM
+        tolerance = export.chord_tolerance
         # The disc is on the right of a clockwise path, on the left of an anticlockwise one.
         outward = -1j if export.wheel_compensation == "G42" else 1j
         columns = _path_columns(contour_chain(source, tolerance), export.feed_mm_per_min, outward)

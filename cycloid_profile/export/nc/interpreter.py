@@ -170,7 +170,7 @@ class _Run:
             if self.ended:
                 raise self.refusal(number, text, "stands after the end of the program")
             if number not in self._parsed:
-                self._parsed[number] = read(number, text)
+                self._parsed[number] = self.wire_or_stop(text) or read(number, text)
             self._parsed[number]()
 
     def change(self, **words: float | str | bool) -> None:
@@ -206,9 +206,6 @@ class _Run:
 
     def iso(self, number: int, text: str) -> Callable[[], None]:
         """Read one line of G code."""
-        special = self.wire_or_stop(text)
-        if special:
-            return special
         control = self.machine.control
         code = _COMMENT.sub("", text).strip()
         for word in (*self.machine.blocks.accepted, *_NAMED.get(control, ())):
@@ -287,9 +284,6 @@ class _Run:
 
     def klartext(self, number: int, text: str) -> Callable[[], None]:
         """Read one block of klartext."""
-        special = self.wire_or_stop(text)
-        if special:
-            return special
         code = _COMMENT.sub("", text).strip()
         if code in ("", *self.machine.blocks.accepted):
             return lambda: None

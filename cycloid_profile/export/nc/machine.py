@@ -10,7 +10,7 @@ from typing import Any, get_args
 import msgspec
 
 from cycloid_profile.errors import CycloidError, ExportError
-from cycloid_profile.spec import plain_text, toml_values, validated
+from cycloid_profile.spec import plain_text, toml_values, unreadable, validated
 from cycloid_profile.spec.model import BlocksSpec, Dialect, ExportSpec, MachineSpec
 
 MACHINES: tuple[str, ...] = get_args(Dialect)
@@ -48,10 +48,7 @@ def read_machine(path: str | Path) -> MachineSpec:
     try:
         own = toml_values(plain_text(file))
     except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise ExportError(
-            "export.machine", f"'{file}'", f"cannot be read ({reason})", "give the path of a machine file"
-        ) from None
+        raise ExportError("export.machine", f"'{file}'", unreadable(error), "give the path of a machine file") from None
     control = own.get("control")
     if control not in MACHINES:
         raise _refusal(file, "control", f"{control!r}", "is not a known control", f"choose from {', '.join(MACHINES)}")

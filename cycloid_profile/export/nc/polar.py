@@ -163,7 +163,7 @@ class PolarExporter:
         Raises ``ExportError`` for a wheel that does not fit the roots.
         """
         file, table = (folder / name for name in self.filenames)
-        tolerance = record.spec.export.chord_tolerance_um * UM
+        tolerance = record.spec.export.chord_tolerance
         post = post_of(record.spec.export)
         grinding = polar_grinding(record)
         turns = stock_of_passes(post.machine)
@@ -197,9 +197,7 @@ def polar_grinding(record: ProfileSource) -> PolarGrinding:
     """Wheel path and feed for the ``[export]`` settings. Raises ``ExportError`` if the wheel does not fit."""
     export = record.spec.export
     profile = record.profile
-    path = polar_path(
-        profile, wheel_radius(profile, export.wheel_radius_mm), FIT_SHARE * export.chord_tolerance_um * UM
-    )
+    path = polar_path(profile, wheel_radius(profile, export.wheel_radius_mm), FIT_SHARE * export.chord_tolerance)
     repeats = profile.trochoid.lobes if profile.identical_lobes else 1
     feed = feed_profile(path, export.feed_mm_per_min / 60.0, axis_limits(post_of(export)), repeats)
     return PolarGrinding(path, feed, groove_stock(profile, path.centre, path.radius))

@@ -74,7 +74,7 @@ class WireExporter(SingleFileExporter[ProfileSource]):
         Raises ``ExportError`` if the wire does not fit a corner.
         """
         export = source.spec.export
-        tolerance = export.chord_tolerance_um * UM
+        tolerance = export.chord_tolerance
         cuts = [*(_opening(contour, export.wire) for contour in source.outline.contours), _teeth(source, tolerance)]
         post = post_of(export)
         path.write_text(render(_program(source, cuts, tolerance, post), post), encoding="ascii", newline="\n")

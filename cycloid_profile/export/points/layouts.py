@@ -16,7 +16,7 @@ from cycloid_profile.export.curves import ProfileSource, chord_points, deviation
 from cycloid_profile.export.writing import WrittenFile
 from cycloid_profile.geometry import ToothPoints, ToothProfile
 from cycloid_profile.spec.model import PointsSpec
-from cycloid_profile.units import DEGREE, UM
+from cycloid_profile.units import DEGREE
 
 _FINE = 4000  # steps of a lobe by which arc length is measured
 _NUMBER = r"([-+]?\d+\.?\d*(?:[eE][-+]?\d+)?)"
@@ -94,7 +94,7 @@ def equal_arcs(profile: ToothProfile, begin: float, end: float, count: int) -> F
 def _by_chords(source: ProfileSource, begin: float, end: float) -> FloatArray:
     """Phases between ``begin`` and ``end``, both included, whose chords keep the tolerance of the spec [rad]."""
     period = source.profile.trochoid.phase_period
-    phase = chord_points(source.profile, source.spec.export.chord_tolerance_um * UM).phase
+    phase = chord_points(source.profile, source.spec.export.chord_tolerance).phase
     every = np.concatenate([phase - period, phase, phase + period])
     inside = every[(every > begin + 1e-9) & (every < end - 1e-9)]
     return np.concatenate([[begin], inside, [end]])

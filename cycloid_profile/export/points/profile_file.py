@@ -23,7 +23,6 @@ from cycloid_profile.export.points.wheel_section import write_form_wheel
 from cycloid_profile.export.writing import SingleFileExporter, WrittenFile
 from cycloid_profile.geometry import ChordTolerance, ToothPoints, ToothProfile, chord_error, sample
 from cycloid_profile.spec.model import ExportSpec
-from cycloid_profile.units import UM
 
 _CLOUD, _HEIGHTS = "profile_width.csv", 11
 _MOST_POINTS, _GROWTH = 20_000, 1.05  # per lobe
@@ -63,7 +62,7 @@ class ProfileCsvExporter(SingleFileExporter[ProfileSource]):
         )  # fmt: skip
         found, tolerance = deviation(source.profile, back[:, 1] + 1j * back[:, 2]), POINT_RESOLUTION
         if export.point_spacing == "chord-error" or export.points_per_lobe is None:
-            tolerance = export.chord_tolerance_um * UM
+            tolerance = export.chord_tolerance
             found = replace(found, largest=max(found.largest, _chord_error(source.profile, points)))
         return self.measured(tolerance, found, "numpy", {"points": len(back)})
 
@@ -87,7 +86,7 @@ def _write_cloud(source: ProfileSource, path: Path) -> WrittenFile:
 
 def _profile_points(export: ExportSpec, profile: ToothProfile) -> ToothPoints:
     """Points at the spacing of the spec: their given number, or the fewest whose chords keep the tolerance."""
-    tolerance = export.chord_tolerance_um * UM
+    tolerance = export.chord_tolerance
     if export.point_spacing == "chord-error":
         return chord_points(profile, tolerance)
     spacing = EQUAL_SPACINGS[export.point_spacing]

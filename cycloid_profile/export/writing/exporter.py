@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Generic, Protocol, TypeVar
@@ -20,7 +22,7 @@ class WrittenFile:
 
     ``name`` relative to the output folder; ``tolerance`` promised [mm]; ``deviation`` measured by reading the file
     back with ``reader``; both None for files without a curve. ``entities`` counts the items in the file by kind;
-    ``measures`` holds areas and volumes [mm², mm³] by their names in the manifest.
+    ``measures`` holds areas and volumes [mm², mm³] by their names in the manifest, ``notes`` sentences for the user.
     """
 
     name: str
@@ -30,6 +32,7 @@ class WrittenFile:
     reader: str | None = None
     entities: dict[str, int] = field(default_factory=dict)
     measures: dict[str, float] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
 
 class Exporter(Protocol[Source]):
@@ -86,28 +89,28 @@ class LibraryMissing(ExportError):  # noqa: N818 - a state of the machine, not a
 
 def require_cad_kernel() -> None:
     """Raise ``LibraryMissing`` where build123d cannot be imported; the import takes 3 s and needs system libraries."""
-    try:
-        # A library written in C turns an interrupt of its import into an ImportError: it would seem to be missing.
-        with signals_deferred():
-            import build123d  # noqa: F401 - loads the whole kernel
-    except ImportError as error:
-        raise _missing("STEP export", "build123d with its kernel", error, "build123d") from None
+    with _needed("STEP export", "build123d with its kernel", "build123d"):
+        import build123d  # noqa: F401 - loads the whole kernel
 
 
 def lib3mf() -> Any:
     """The library of the 3MF consortium. Raises ``LibraryMissing`` where it cannot be imported."""
-    try:
-        with signals_deferred():
-            import lib3mf as library
-    except ImportError as error:
-        raise _missing("3MF and STL export", "lib3mf", error, "lib3mf") from None
+    with _needed("3MF and STL export", "lib3mf", "lib3mf"):
+        import lib3mf as library
     return library
 
 
-def _missing(what: str, needed: str, error: ImportError, package: str) -> LibraryMissing:
-    remedy = f"install it with 'pip install {package}'"
-    if "libGL" in str(error) or ".so" in str(error):
-        remedy = (
-            "install the system libraries libGL, libX11 and libexpat (Debian: apt install libgl1 libx11-6 libexpat1)"
-        )
-    return LibraryMissing(what, f"needs {needed}", f"which cannot be imported ({error})", remedy, " ")
+@contextmanager
+def _needed(what: str, needed: str, package: str) -> Iterator[None]:
+    """Around an import: raises ``LibraryMissing`` where it fails."""
+    try:
+        # A library written in C turns an interrupt of its import into an ImportError: it would seem to be missing.
+        with signals_deferred():
+            yield
+    except ImportError as error:
+        remedy = f"install it with 'pip install {package}'"
+        if "libGL" in str(error) or ".so" in str(error):
+            wanted = "libGL, libX11 and libexpat (Debian: apt install libgl1 libx11-6 libexpat1)"
+            remedy = f"install the system libraries {wanted}"
+        limit = f"which cannot be imported ({error})"
+        raise LibraryMissing(what, f"needs {needed}", limit, remedy, " ") from None

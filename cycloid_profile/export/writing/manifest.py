@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path, PurePath, PurePosixPath
 from typing import Any
@@ -45,7 +45,14 @@ def manifest_entry(written: WrittenFile, spec: Spec, folder: Path) -> dict[str, 
         }
     if written.measures:
         entry["measures"] = written.measures
+    if written.notes:
+        entry["notes"] = list(written.notes)
     return entry
+
+
+def notes_of(entries: Iterable[Mapping[str, Any]]) -> list[str]:
+    """Sentences for the user in the entries of files, each once."""
+    return list(dict.fromkeys(note for entry in entries for note in entry.get("notes", ())))
 
 
 def write_manifest(

@@ -34,14 +34,15 @@ def build_package(
     protection: Protection = PROTECTED,
     process: CadProcess | None = None,
     pdf: bool = False,
-) -> dict[str, str]:
+) -> tuple[list[dict[str, Any]], dict[str, str]]:
     """Write the formats of the spec, all pictures, ``report.html`` and ``manifest.json`` into ``folder``.
 
     All files are written, or none. Files of an earlier manifest that are not in the new one are deleted, unless they
     were changed since: stale outputs must not remain next to a new report. ``progress`` receives the name of each step;
     ``protection`` names what is not replaced; ``process`` writes the CAD formats of the spec meanwhile, and is started
     here if not before; ``pdf``: write the report as PDF, too.
-    Returns the formats that could not be written, with the reason: STEP where the CAD kernel is missing.
+    Returns the manifest entries of all files, and the formats that could not be written, with the reason: STEP where
+    the CAD kernel is missing.
 
     Raises
     ------
@@ -67,7 +68,7 @@ def build_package(
         everything = [*written, *pictures, *reports]
         entries = [manifest_entry(file, record.spec, scratch) for file in everything]
         write_manifest(record.spec.name, entries, skipped, scratch, disc_parts_sentence(record))
-    return skipped
+    return entries, skipped
 
 
 def export_package(

@@ -32,7 +32,13 @@ from cycloid_profile.spec.model.modification import EFFECT_NAMES as EFFECT_NAMES
 from cycloid_profile.spec.model.modification import ModificationSpec as ModificationSpec
 from cycloid_profile.spec.model.points import FormWheelSpec as FormWheelSpec
 from cycloid_profile.spec.model.points import PointsSpec as PointsSpec
-from cycloid_profile.spec.model.spec import Quality as Quality
+from cycloid_profile.spec.model.quality import FLANK_GRADES as FLANK_GRADES
+from cycloid_profile.spec.model.quality import HOLE_GRADES as HOLE_GRADES
+from cycloid_profile.spec.model.quality import STIFFEST_PLASTIC as STIFFEST_PLASTIC
+from cycloid_profile.spec.model.quality import ByQuality as ByQuality
+from cycloid_profile.spec.model.quality import Quality as Quality
+from cycloid_profile.spec.model.quality import quality_of as quality_of
+from cycloid_profile.spec.model.quality import standard_zone as standard_zone
 from cycloid_profile.spec.model.spec import Spec as Spec
 from cycloid_profile.spec.model.tolerance import ReferenceSpec as ReferenceSpec
 from cycloid_profile.spec.model.tolerance import ToleranceSpec as ToleranceSpec

@@ -8,6 +8,7 @@ from msgspec import Meta
 
 from cycloid_profile.spec.model.checks._table import SIZE, Table, key
 from cycloid_profile.spec.model.points import FormWheelSpec, PointsSpec
+from cycloid_profile.units import UM
 
 Dialect = Literal["linuxcnc", "fanuc", "siemens", "heidenhain"]
 Compensation = Literal["none", "G41", "G42"]
@@ -95,7 +96,7 @@ class WireSpec(Table, frozen=True):
 
 
 class InspectionSpec(Table, frozen=True):
-    """Measuring plan. A tolerance that is absent is computed from the play of the drive, to be agreed."""
+    """Measuring plan. A tolerance that is absent is that of the drawing, else a grade of ISO 286-1 by quality."""
 
     probe_radius_mm: Annotated[float, key("Radius of the probe's ball [mm].", "give 0.25 to 1.5 mm", gt=0, le=50)] = 0.5
     bore_points: Annotated[int, key("Points on the bore, the datum.", "give 4 to 50 points", ge=3, le=1000)] = 8
@@ -245,6 +246,7 @@ Format = Literal[
     "gcode-wire",
     "cmm",
     "dmis",
+    "qif",
     "vdafs",
 ]
 FORMATS: tuple[Format, ...] = ("csv", "dxf", "step", "gcode", "cmm")
@@ -323,3 +325,8 @@ class ExportSpec(Table, frozen=True):
     dxf: DxfSpec = DxfSpec()
     step: StepSpec = StepSpec()
     print: PrintSpec = PrintSpec()
+
+    @property
+    def chord_tolerance(self) -> float:
+        """Largest distance of chords, arcs and splines from the tooth [mm]."""
+        return self.chord_tolerance_um * UM

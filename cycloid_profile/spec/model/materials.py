@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 from cycloid_profile.errors import SpecError, did_you_mean
+from cycloid_profile.spec.model.quality import Quality
 
 
 @dataclass(frozen=True)
@@ -16,7 +17,7 @@ class NamedMaterial:
     youngs_modulus_gpa: float
     poisson_ratio: float
     density_kg_per_m3: float
-    quality: Literal["ground", "machined", "printed"]
+    quality: Quality
     source: str
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import msgspec
 
@@ -18,9 +18,8 @@ from cycloid_profile.spec.model.export import ExportSpec
 from cycloid_profile.spec.model.load import LoadSpec, MaterialsSpec
 from cycloid_profile.spec.model.measurement import MeasurementSpec
 from cycloid_profile.spec.model.modification import EffectTable, ModificationSpec
+from cycloid_profile.spec.model.quality import Quality
 from cycloid_profile.spec.model.tolerance import ReferenceSpec, ToleranceSpec
-
-Quality = Literal["ground", "machined", "printed"]  # of manufacture
 
 
 class Spec(Described, Table, frozen=True, kw_only=True):
