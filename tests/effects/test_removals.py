@@ -51,6 +51,19 @@ def slope(values):
     return (values[0] - 8.0 * values[1] + 8.0 * values[3] - values[4]) / (12.0 * STEP)
 
 
+@pytest.mark.parametrize("flank", [1, -1])
+@pytest.mark.parametrize(
+    "phase", [0.04, 0.1, 0.21, 0.29, math.pi - 0.29, math.pi - 0.21, math.pi - 0.1, math.pi - 0.04]
+)
+def test_a_form_of_one_flank_ends_smoothly_at_root_and_tip(flank, phase):
+    form = ToothForm(1.0, 3, 0.4, flank)
+    found = jet(form, flank * phase + STEP * np.arange(-2, 3))
+    # The ends are 0.3 rad long: the fourth order of the step leaves 1e-6 of their sixth derivative.
+    assert found.first[2] == pytest.approx(slope(found.value), rel=1e-4, abs=1e-4)
+    assert found.second[2] == pytest.approx(slope(found.first), rel=1e-4, abs=1e-3)
+    assert not np.any(jet(form, -flank * phase))
+
+
 @given(removals, phases)
 def test_derivatives_are_those_of_the_value(removal, phase):
     if isinstance(removal, Wave) and removal.waves % 1.0:

@@ -25,6 +25,7 @@ from cycloid_profile.modification import (
     Equidistant,
     FlankRotation,
     FlankStock,
+    NormalDeviation,
     RadialMoving,
     conjugate_pair,
     modify,
@@ -236,3 +237,13 @@ def test_pairs_have_their_ratios(rv40e):
     for pair, ratio in zip((conjugate_pair, zero_backlash_pair), pair_ratios(rv40e.trochoid), strict=True):
         equidistant, radial_moving = pair(rv40e.trochoid, 0.01)
         assert radial_moving.amount / equidistant.amount == pytest.approx(ratio)
+
+
+@pytest.mark.parametrize("lobes", [1, 39])
+@pytest.mark.parametrize("first", [-2.0, 0.0, 1.5])
+def test_spacing_of_a_curve_counts_the_step_round_its_end(lobes, first):
+    period = 2.0 * math.pi * lobes
+    inner = first + period * np.array([0.0, 0.2, 0.5, 0.9])
+    assert NormalDeviation(inner, np.zeros(4), lobes).point_spacing == pytest.approx(0.1 * period)
+    even = first + period * np.array([0.0, 0.15, 0.5, 0.8])
+    assert NormalDeviation(even, np.zeros(4), lobes).point_spacing == pytest.approx(0.15 * period)
