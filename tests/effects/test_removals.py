@@ -19,7 +19,9 @@ from cycloid_profile.effects._removals import (
     ToothForm,
     Wave,
 )
-from cycloid_profile.geometry import Trochoid
+from cycloid_profile.effects.patterns import removal_between
+from cycloid_profile.geometry import ToothProfile, Trochoid
+from cycloid_profile.modification import DeformationCompensation, Equidistant, RadialMoving, modify
 
 TROCHOID = Trochoid(40, 64.0, 1.3)
 PERIOD = TROCHOID.phase_period
@@ -152,3 +154,21 @@ def test_the_ends_of_a_form_have_two_continuous_derivatives(waves, angle, flank)
     found = jet(ToothForm(1.0, waves, angle, flank), np.arange(-math.pi, math.pi, step))
     for k, one in enumerate((found.value, found.first, found.second), start=1):
         assert np.max(np.abs(np.diff(one))) < step * (waves + 2.5 / FLANK_END) ** k
+
+
+@pytest.mark.parametrize(
+    ("modification", "shape"),
+    [
+        (Equidistant(1e-4), lambda psi, _: np.ones_like(psi)),
+        (RadialMoving(1e-4), lambda psi, S: (1.0 - 0.8125 * np.cos(psi)) * S),
+        (DeformationCompensation(-1e-4), lambda psi, S: np.abs(np.sin(psi)) * S),
+    ],
+    ids=lambda value: type(value).__name__,
+)
+def test_a_change_of_the_tooth_is_its_removal_to_first_order(modification, shape):
+    # docs/theory.md, Eqs. 13 to 16: a change of the curve itself, of its parallel distance, and a further removal.
+    before = ToothProfile(TROCHOID, 3.0, (Wave(2e-3, 39.0, 0.3),))
+    psi, lobe = np.array([-2.5, -1.0, -0.5, 0.5, 1.0, 2.5]), np.array([0.0, 3.0, 38.0, 0.0, 3.0, 38.0])
+    S = 1.0 / np.sqrt(1.0 + 0.8125**2 - 2.0 * 0.8125 * np.cos(psi))
+    found = removal_between(before, modify(before, modification), psi, lobe)
+    np.testing.assert_allclose(found, 1e-4 * shape(psi, S), rtol=0.02, atol=1e-7)
