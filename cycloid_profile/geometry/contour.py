@@ -214,11 +214,11 @@ def _require_corner(key: str, opening: str, corner: float, largest: float, remed
 
 
 def _largest_corner(inner: float, outer: float, span: float) -> float:
-    """Corner radius at which a side, or the inner or outer arc, has zero length [mm]."""
+    """Corner radius at which a side or the inner arc has zero length [mm]; the outer arc never has it before them."""
     largest = 0.5 * (outer - inner)
     if span < math.pi:
         slope = math.sin(0.5 * span)
-        largest = min(largest, inner * slope / (1.0 - slope), outer * slope / (1.0 + slope))
+        largest = min(largest, inner * slope / (1.0 - slope))
     return largest
 
 

@@ -6,7 +6,7 @@ The reference is the load sharing of the theoretical tooth, which (Eq. 96) repro
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -15,10 +15,12 @@ from hypothesis import strategies as st
 
 from cycloid_profile.catalog import catalog_drive
 from cycloid_profile.compensation import compensate, even_load_profile
+from cycloid_profile.contact import SolveStatus
 from cycloid_profile.contact.disc import Equilibrium
+from cycloid_profile.contact.result import STATUSES
 from cycloid_profile.contact.stage import StageEquilibrium
 from cycloid_profile.design.from_spec import conventional_profile, drive_of, load_case
-from cycloid_profile.errors import CompensationError, GeometryError
+from cycloid_profile.errors import CompensationError, GeometryError, SolveError
 from cycloid_profile.geometry import least_radii
 from cycloid_profile.modification import Equidistant, FlankRotation, FlankStock, RootAndTipRelief, modify
 from cycloid_profile.units import ARCMIN, UM
@@ -112,6 +114,33 @@ def test_relief_keeps_the_working_flank(theoretical):
     np.testing.assert_allclose(moved[working], 0.0, atol=1e-12)
     equidistant = modify(theoretical, Equidistant(CLEARANCE)).at(np.zeros(1)).position
     np.testing.assert_allclose(relieved.at(np.zeros(1)).position, equidistant, atol=1e-12)
+
+
+@dataclass(frozen=True)
+class Ended:
+    """A solver whose last pose ends with ``outcome``, and whose balances err by ``residual``."""
+
+    outcome: SolveStatus
+    residual: float
+
+    def solve(self, case):
+        found = SOLVERS[0].solve(case)
+        outcomes = found.outcome.copy()
+        outcomes[-1] = STATUSES.index(self.outcome)
+        return replace(found, outcome=outcomes, residual=np.full_like(found.residual, self.residual))
+
+
+@pytest.mark.parametrize("outcome", [SolveStatus.NOT_CONVERGED, SolveStatus.LOST])
+def test_forces_out_of_balance_are_refused(outcome):
+    with pytest.raises(SolveError, match="load sharing"):
+        even_load_profile(case_with("rigid"), CLEARANCE, PLAY, Ended(outcome, 1e-3), poses=2)
+
+
+@pytest.mark.parametrize("good", [Ended(SolveStatus.NOT_CONVERGED, 1e-9), Ended(SolveStatus.INTERFERENCE, 1e-3)])
+def test_forces_in_balance_and_overlaps_before_the_load_are_used(good):
+    case = case_with("rigid")
+    found, plain = (even_load_profile(case, CLEARANCE, PLAY, solver, poses=2) for solver in (good, SOLVERS[0]))
+    assert found.profile == plain.profile
 
 
 @pytest.mark.parametrize(

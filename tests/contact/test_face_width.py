@@ -83,6 +83,16 @@ def test_the_classical_scheme_knows_no_width(rv40e):
     assert found.max_edge_pressure == found.max_pressure
 
 
+def test_relief_has_its_amounts_at_the_edges_and_its_slope_between():
+    relief, width = AxialRelief(crowning=0.004, edge_relief=0.01, edge_length=2.0, taper=0.003), 12.0
+    np.testing.assert_allclose(relief.at([0.0, 6.0, -6.0], width), [0.0, 0.014 + 0.0015, 0.014 - 0.0015], atol=1e-15)
+    # A parabola each: the edge relief begins 2 mm before the edge, and is a quarter of its amount half-way.
+    assert AxialRelief(edge_relief=0.01, edge_length=2.0).at(5.0, width) == pytest.approx(0.0025)
+    z, step = np.array([-5.5, -4.5, -3.0, -1.0, 0.5, 3.9, 4.2, 5.8]), 0.1
+    difference = (relief.at(z + step, width) - relief.at(z - step, width)) / (2.0 * step)
+    np.testing.assert_allclose(relief.slope(z, width), difference, rtol=1e-12)
+
+
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: law.name)
 @pytest.mark.parametrize("crowning", [0.0005, 0.003, 0.02])
 def test_force_of_a_crowned_tooth_is_the_integral_over_its_width(rv40e, law, crowning):

@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -25,6 +26,7 @@ from cycloid_profile.contact.laws import Material
 from cycloid_profile.design import as_built_reducer
 from cycloid_profile.diagnosis import Priors, candidate_of, candidates, priors_of
 from cycloid_profile.diagnosis.model.candidate import IMPLAUSIBLE
+from cycloid_profile.diagnosis.model.optimum import Optimum
 from cycloid_profile.diagnosis.model.priors import PRIORS, stage_scales, standard_tolerance
 from cycloid_profile.effects import (
     EFFECTS,
@@ -247,3 +249,17 @@ def test_the_page_has_these_widths():
     for name, shown in found.items():
         expected = [width(EFFECTS[name], priors_of(built(text))) for text in (ELASTIC_RV40E, PRINTED)]
         assert shown == pytest.approx(expected, rel=0.006), name
+
+
+@pytest.mark.parametrize("degrees", [0.0, 90.0, 143.0, 217.0, 270.0])
+@pytest.mark.parametrize("share", [0.999, 1.001])
+def test_a_fit_is_implausible_by_its_size_at_any_angle(degrees, share):
+    # The second of two members is as large as is plausible, or a little larger; the first is small.
+    members = tuple(c for c in candidates(built(ELASTIC_RV40E), frozenset({0}), False) if c.angle is not None)[:2]
+    size, angle = share * IMPLAUSIBLE, math.radians(degrees)
+    u = np.array([0.1, 0.1, size * math.cos(angle), size * math.sin(angle)])
+    found = Optimum(members, u, np.eye(4), np.eye(4), 1.0, 1.0, 100, 0.0, True)
+    assert found.implausible == (share > 1.0)
+    # Coordinates in the unit of the size: widths of the prior, and their squares.
+    np.testing.assert_allclose(np.hypot(*found.coordinates(1)), share * members[1].implausible)
+    np.testing.assert_allclose(found.covariance_of(1), np.eye(2) * members[1].width ** 2)

@@ -17,6 +17,7 @@ from cycloid_profile.effects import (
     EFFECTS,
     Effect,
     EffectLocation,
+    ReducerChange,
     apply_effects,
     as_drawn,
     effect_from_table,
@@ -28,6 +29,7 @@ from cycloid_profile.geometry import CentralEccentric, Drive, Trochoid
 from cycloid_profile.modification import Equidistant, modify
 from cycloid_profile.spec import parse_spec
 from cycloid_profile.spec.model import EFFECT_NAMES
+from cycloid_profile.units import ARCMIN
 from tests.spec_texts import DRIVE
 
 UNITS = {
@@ -297,3 +299,14 @@ def test_effects_build_on_a_drive_of_another_kind_or_say_why_not(name):
         reducer = apply_effects(case, [made])
         reducer.deviations.check(drive)
         assert len(reducer.teeth) == 1
+
+
+def test_a_softer_series_twists_further_in_proportion(case, built_with):
+    stiff, soft = (
+        built_with({"name": "series_compliance", "stiffness_nm_per_arcmin": stiffness}) for stiffness in (134.0, 100.0)
+    )
+    torque = np.array([-1.0, 0.0, 0.5]) * case.torque
+    expected = torque * 1e-3 * (1.0 / 100.0 - 1.0 / 134.0) * ARCMIN
+    np.testing.assert_allclose(ReducerChange(stiff, soft).series_twist(torque), expected, rtol=1e-12)
+    # Per unit of a parameter: half as much for a step of two.
+    np.testing.assert_allclose(ReducerChange(stiff, soft, 2.0).series_twist(torque), 0.5 * expected, rtol=1e-12)

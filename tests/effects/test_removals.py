@@ -19,7 +19,9 @@ from cycloid_profile.effects._removals import (
     ToothForm,
     Wave,
 )
-from cycloid_profile.geometry import Trochoid
+from cycloid_profile.effects.patterns import removal_between
+from cycloid_profile.geometry import ToothProfile, Trochoid
+from cycloid_profile.modification import DeformationCompensation, Equidistant, RadialMoving, modify
 
 TROCHOID = Trochoid(40, 64.0, 1.3)
 PERIOD = TROCHOID.phase_period
@@ -49,6 +51,19 @@ def jet(removal, phase):
 def slope(values):
     """First derivative from five neighbours a step apart, to fourth order."""
     return (values[0] - 8.0 * values[1] + 8.0 * values[3] - values[4]) / (12.0 * STEP)
+
+
+@pytest.mark.parametrize("flank", [1, -1])
+@pytest.mark.parametrize(
+    "phase", [0.04, 0.1, 0.21, 0.29, math.pi - 0.29, math.pi - 0.21, math.pi - 0.1, math.pi - 0.04]
+)
+def test_a_form_of_one_flank_ends_smoothly_at_root_and_tip(flank, phase):
+    form = ToothForm(1.0, 3, 0.4, flank)
+    found = jet(form, flank * phase + STEP * np.arange(-2, 3))
+    # The ends are 0.3 rad long: the fourth order of the step leaves 1e-6 of their sixth derivative.
+    assert found.first[2] == pytest.approx(slope(found.value), rel=1e-4, abs=1e-4)
+    assert found.second[2] == pytest.approx(slope(found.first), rel=1e-4, abs=1e-3)
+    assert not np.any(jet(form, -flank * phase))
 
 
 @given(removals, phases)
@@ -139,3 +154,21 @@ def test_the_ends_of_a_form_have_two_continuous_derivatives(waves, angle, flank)
     found = jet(ToothForm(1.0, waves, angle, flank), np.arange(-math.pi, math.pi, step))
     for k, one in enumerate((found.value, found.first, found.second), start=1):
         assert np.max(np.abs(np.diff(one))) < step * (waves + 2.5 / FLANK_END) ** k
+
+
+@pytest.mark.parametrize(
+    ("modification", "shape"),
+    [
+        (Equidistant(1e-4), lambda psi, _: np.ones_like(psi)),
+        (RadialMoving(1e-4), lambda psi, S: (1.0 - 0.8125 * np.cos(psi)) * S),
+        (DeformationCompensation(-1e-4), lambda psi, S: np.abs(np.sin(psi)) * S),
+    ],
+    ids=lambda value: type(value).__name__,
+)
+def test_a_change_of_the_tooth_is_its_removal_to_first_order(modification, shape):
+    # docs/theory.md, Eqs. 13 to 16: a change of the curve itself, of its parallel distance, and a further removal.
+    before = ToothProfile(TROCHOID, 3.0, (Wave(2e-3, 39.0, 0.3),))
+    psi, lobe = np.array([-2.5, -1.0, -0.5, 0.5, 1.0, 2.5]), np.array([0.0, 3.0, 38.0, 0.0, 3.0, 38.0])
+    S = 1.0 / np.sqrt(1.0 + 0.8125**2 - 2.0 * 0.8125 * np.cos(psi))
+    found = removal_between(before, modify(before, modification), psi, lobe)
+    np.testing.assert_allclose(found, 1e-4 * shape(psi, S), rtol=0.02, atol=1e-7)

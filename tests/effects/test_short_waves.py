@@ -15,10 +15,20 @@ REACH = 0.5  # rad to either side of the pin's phase; the flank is bent too much
 STEPS = 4001
 
 
-@pytest.mark.parametrize(("amplitude", "waves"), [(5.0, 200.0), (0.3, 1000.0), (1.0, 1000.0), (1.0, 2000.0)])
-def test_a_pin_rests_on_the_highest_wave(built_with, case, amplitude, waves):
+CHATTER = [
+    {"name": "grinding_chatter", "amplitude_um": amplitude, "waves_per_turn": waves}
+    for amplitude, waves in [(5.0, 200.0), (0.3, 1000.0), (1.0, 1000.0), (1.0, 2000.0)]
+]
+STEEP = [
+    {"name": "tooth_form_error", "amplitude_um": 8.0, "waves": 20},
+    {"name": "wheel_wear_drift", "amount_um": 20.0, "blend_rad": 0.05},
+]
+
+
+@pytest.mark.parametrize("table", CHATTER + STEEP, ids=lambda table: " ".join(map(str, table.values())))
+def test_a_pin_rests_on_the_highest_wave(built_with, case, table):
     # With waves as steep as the pin is round it has a foot on each; the gap is the distance of the nearest.
-    tooth = built_with({"name": "grinding_chatter", "amplitude_um": amplitude, "waves_per_turn": waves}).teeth[0]
+    tooth = built_with(table).teeth[0]
     meshing = mesh(case.drive.trochoid, np.linspace(0.0, 240.0, 12))
     found = gaps(tooth, case.drive.pin_radius, meshing).gap
     nearest = np.full(found.shape, np.inf)

@@ -86,6 +86,17 @@ def test_a_window_with_sharp_corners_has_its_textbook_area_and_a_slot_round_ends
     assert all(isinstance(segment, Arc) for segment in slot.segments)
 
 
+@pytest.mark.parametrize(("inner", "outer", "span"), [(5.0, 40.0, 0.5), (20.0, 60.0, 1.2), (20.0, 30.0, 1.0)])
+def test_the_largest_corner_touches_the_other_one(inner: float, outer: float, span: float) -> None:
+    # A circle that touches the inner arc from outside, a side, and the axis: or one as wide as the window.
+    half = math.sin(0.5 * span)
+    largest = min(inner * half / (1.0 - half), 0.5 * (outer - inner))
+    (window,) = ring_of_windows("w", 1, (inner, outer), span, (1.0 - 1e-12) * largest, 0.0)
+    assert polygon(window).is_valid
+    with pytest.raises(GeometryError, match=f"limit is {largest:.4g} mm"):
+        ring_of_windows("w", 1, (inner, outer), span, (1.0 + 1e-6) * largest, 0.0)
+
+
 @given(
     count=st.integers(1, 4),
     width=st.floats(1.0, 8.0),

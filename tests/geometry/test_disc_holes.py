@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -27,6 +28,9 @@ def test_ring_of_holes_is_even_and_starts_on_the_x_axis(theoretical, count, circ
     assert [hole.name for hole in holes] == [f"crank {i + 1}" for i in range(count)]
     assert holes[0].centre == pytest.approx(circle_radius)
     assert sum(hole.centre for hole in holes) == pytest.approx(circle_radius if count == 1 else 0.0, abs=1e-10)
+    # Counted anticlockwise, as the discs and their cranks are (docs/conventions.md).
+    around = [circle_radius * complex(math.cos(a), math.sin(a)) for a in np.arange(count) * 2.0 * math.pi / count]
+    assert [hole.centre for hole in holes] == pytest.approx(around, abs=1e-12 * circle_radius)
     assert all(hole.radius == radius for hole in holes)
 
 

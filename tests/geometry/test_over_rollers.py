@@ -45,6 +45,20 @@ def test_a_pin_of_nominal_size_rests_where_the_exact_tooth_was_generated() -> No
     assert found.size == pytest.approx(2.0 * (62.7 * math.cos(math.pi / 78.0) + 3.0), abs=1e-12)
 
 
+@pytest.mark.parametrize("roller", [4.0, 4.5, 5.5])
+def test_a_roller_on_both_flanks_lies_where_their_normals_meet(roller: float) -> None:
+    profile = ToothProfile(Trochoid(12, 30.0, 1.5), 3.0)
+
+    def axis(psi: float) -> complex:
+        point = profile.at(np.array([psi]))
+        return complex((point.position + roller * point.normal)[0])
+
+    seat = brentq(lambda psi: axis(psi).imag, 0.05, 2.5, xtol=1e-14)
+    found = over_rollers(profile, roller)
+    assert found.centre_radius == pytest.approx(axis(seat).real, abs=1e-11)
+    assert found.seat == pytest.approx(seat, abs=1e-6)  # the reach is flat at its largest
+
+
 def test_removal_shows_over_the_rollers() -> None:
     theory = ToothProfile(Trochoid(40, 64.0, 1.3), 3.0)
     ground = modify(theory, Equidistant(0.006), DeformationCompensation(0.002))

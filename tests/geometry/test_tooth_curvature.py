@@ -61,6 +61,14 @@ def test_least_radii_are_those_of_a_finer_grid(theoretical, amount):
     assert radii.concave == pytest.approx(1.0 / np.max(kappa), rel=1e-6)
 
 
+@pytest.mark.parametrize(("pins", "radius", "eccentricity", "pin"), [(40, 64.0, 1.3, 3.0), (24, 50.0, 1.7, 2.0)])
+def test_least_convex_radius_is_the_closed_form_less_the_pin(pins, radius, eccentricity, pin):
+    tooth = ToothProfile(Trochoid(pins, radius, eccentricity), pin)
+    # The stationary point lies between two points of the grid, whose best is off by some 1e-7.
+    expected = undercut_limit(tooth.trochoid) - pin
+    assert least_radii(tooth).convex == pytest.approx(expected, rel=2e-9)
+
+
 def test_largest_corner_is_the_turn_of_the_tangent_in_closed_form(theoretical):
     # Across the root h' jumps from −A S³(1 − K1)² to +A S³(1 − K1)² = ±A/(1 − K1); the base curve runs at
     # |P'| there, so the tangent turns by 2 atan(A/((1 − K1)|P'|)).

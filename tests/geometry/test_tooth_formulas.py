@@ -15,7 +15,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cycloid_profile.geometry import ToothProfile, Trochoid, flank_side, undercut_limit
-from cycloid_profile.modification import DeformationCompensation, FlankRemoval, FlankRotation, modify
+from cycloid_profile.modification import (
+    DeformationCompensation,
+    FlankRemoval,
+    FlankRotation,
+    MeasuredDeviation,
+    NormalDeviation,
+    modify,
+)
 
 RNG = np.random.default_rng(1)
 PHASES = RNG.uniform(0.0, 78.0 * math.pi, 400)
@@ -61,6 +68,7 @@ def test_coordinates_and_normal_are_the_textbook_ones(theoretical):
     np.testing.assert_allclose(theoretical.trochoid.derivatives(PHASES).normal, normal, atol=1e-12, rtol=0.0)
     np.testing.assert_array_equal(points.xy[:, 0], points.position.real)
     np.testing.assert_array_equal(points.xy[:, 1], points.position.imag)
+    np.testing.assert_array_equal(theoretical.at(PHASES.reshape(20, 20)).xy, points.xy.reshape(20, 20, 2))
 
 
 @given(teeth(), st.floats(-math.pi, math.pi))
@@ -92,6 +100,10 @@ def test_derivatives_agree_with_mpmath(theoretical, amount, psi):
     point = tooth.at(psi)
     assert complex(point.first) == pytest.approx(first, rel=1e-12)
     assert complex(point.second) == pytest.approx(second, rel=1e-11)
+    # Textbook curvature and normal of a curve run clockwise, whose outward side is on the left.
+    bend = (first.conjugate() * second).imag / abs(first) ** 3
+    assert float(point.curvature) == pytest.approx(bend, rel=1e-9)
+    assert complex(point.normal) == pytest.approx(1j * first / abs(first), rel=1e-12)
 
 
 @given(teeth(), st.floats(-3.1, 3.1))
@@ -171,6 +183,18 @@ def test_removals_add_up(theoretical):
         total = sum(tooth.removal(PHASES)[order] for tooth in lone)
         np.testing.assert_allclose(both.removal(PHASES)[order], total, atol=1e-15)
     assert both.corners == (0.0, math.pi)
+
+
+def test_a_lobe_turned_back_is_the_lobe_itself(theoretical):
+    # A deviation that differs from lobe to lobe: lobe m is met at ψ + 2π m, and is turned back by m pitches.
+    around = np.linspace(0.0, 78.0 * math.pi, 400, endpoint=False)
+    tooth = modify(theoretical, MeasuredDeviation(NormalDeviation(around, 1e-3 * np.sin(around / 39.0), 39)))
+    psi, lobe = np.array([0.4, 2.0, 5.0]), np.array([1.0, 7.0, 38.0])
+    itself, turned = tooth.at(psi + 2.0 * math.pi * lobe), tooth.at(psi, lobe=lobe)
+    back = np.exp(2j * math.pi * lobe / 39.0)
+    np.testing.assert_allclose(turned.position, back * itself.position, atol=1e-11)
+    np.testing.assert_allclose(turned.first, back * itself.first, atol=1e-10)
+    np.testing.assert_allclose(turned.curvature, itself.curvature, rtol=1e-9)
 
 
 def test_side_chooses_the_branch_at_a_corner_only(theoretical):

@@ -19,6 +19,8 @@ from cycloid_profile.geometry import (
     ToothProfile,
     Trochoid,
     chord_error,
+    flank_of_interval,
+    flank_side,
     sample,
     smooth_pieces,
     undercut_limit,
@@ -79,6 +81,16 @@ def test_chord_sampling_is_near_the_least_number_of_points(theoretical, toleranc
     least = np.trapezoid(np.sqrt(np.abs(points.curvature) / (8.0 * tolerance)) * np.abs(points.first), psi)
     count = ChordTolerance(tolerance).phases(theoretical).size
     assert least <= count <= 1.04 * least
+
+
+def test_a_piece_of_a_lobe_has_the_flank_of_its_points(theoretical, compensated):
+    for tooth in (theoretical, compensated):
+        for low, high in smooth_pieces(tooth):
+            inside = np.linspace(low, high, 12)[1:-1]
+            np.testing.assert_array_equal(flank_of_interval(low, high, inside), flank_side(inside))
+    # At a corner the branch is that of the piece.
+    assert flank_of_interval(0.0, math.pi, np.array([math.pi])) == 1.0
+    assert flank_of_interval(math.pi, 2.0 * math.pi, np.array([math.pi])) == -1.0
 
 
 def test_chord_error_falls_with_the_square_of_the_number_of_points(theoretical):

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import itertools
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.optimize import brentq
 
 from cycloid_profile.contact.mesh import backlash, gaps, mesh
 from cycloid_profile.errors import GeometryError
@@ -22,6 +24,8 @@ from cycloid_profile.modification import (
     DeformationCompensation,
     Equidistant,
     FlankRotation,
+    FlankStock,
+    NormalDeviation,
     RadialMoving,
     conjugate_pair,
     modify,
@@ -137,6 +141,23 @@ def test_compensation_leaves_root_and_tip_and_lifts_both_flanks(theoretical, del
         assert added == pytest.approx(delta, abs=1e-13)
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize(("near", "reach"), [("root", 0.4), ("tip", 0.25)])
+def test_relief_rises_by_its_quartic(theoretical, side, near, reach):
+    # Eq. 97: nothing at root and tip, 7/16 of the stock at half the reach, all of it from the reach on.
+    trochoid, amount = theoretical.trochoid, 5e-3
+    low, high = (-0.1, trochoid.critical_phase) if near == "root" else (3.2, trochoid.critical_phase)
+    shares = np.array([0.0, 0.5, 0.8, 1.0, 1.5])
+    phase = np.array([brentq(lambda p, a=a: trochoid.lever_function(p) - a, low, high) for a in shares * reach])
+    stock = FlankStock(amount, 0.4, 0.25).derivatives(side * phase, np.full(5, side), trochoid)
+    expected = -amount * np.array([0.0, 7.0 / 16.0, 1.0 - 0.36**2, 1.0, 1.0])
+    np.testing.assert_allclose(stock.value, expected, atol=1e-12)
+    np.testing.assert_allclose(stock.first[[0, 4]], 0.0, atol=1e-9)
+    # At the ends the stock begins as 2·amount·(slope·ψ/reach)².
+    slope = float(trochoid.lever_jet(phase[:1])[1][0])
+    assert stock.second[0] == pytest.approx(-4.0 * amount * (slope / reach) ** 2, rel=1e-9)
+
+
 def test_flank_rotation_is_the_opposite_of_compensation(theoretical):
     angle = 4e-5
     rotated = modify(theoretical, FlankRotation(-angle))
@@ -169,8 +190,13 @@ def test_tooth_that_cannot_exist_is_refused(theoretical, too_much, limit):
 
 def test_flank_removal_that_undercuts_is_refused(theoretical):
     # 1.9 mm exceed the remaining 1.61 mm: the curve runs backwards on the convex flank.
-    with pytest.raises(GeometryError):
+    psi = np.linspace(0.0, math.pi, 20_001)
+    removed, point = 1.9 * np.sin(psi) * scale(psi), theoretical.at(psi)
+    worst = 3.0 + removed[np.argmin(point.along + removed * point.turn)]
+    with pytest.raises(GeometryError) as refused:
         modify(theoretical, FlankRotation(1.9 / theoretical.trochoid.longest_lever))
+    # The radius that a pin would need there; the check looks at every half degree.
+    assert float(re.search(r"(\d\.\d+) mm", str(refused.value))[1]) == pytest.approx(worst, abs=2e-3)
 
 
 @given(st.floats(0.1, 0.95), st.floats(1e-3, 50e-3))
@@ -211,3 +237,13 @@ def test_pairs_have_their_ratios(rv40e):
     for pair, ratio in zip((conjugate_pair, zero_backlash_pair), pair_ratios(rv40e.trochoid), strict=True):
         equidistant, radial_moving = pair(rv40e.trochoid, 0.01)
         assert radial_moving.amount / equidistant.amount == pytest.approx(ratio)
+
+
+@pytest.mark.parametrize("lobes", [1, 39])
+@pytest.mark.parametrize("first", [-2.0, 0.0, 1.5])
+def test_spacing_of_a_curve_counts_the_step_round_its_end(lobes, first):
+    period = 2.0 * math.pi * lobes
+    inner = first + period * np.array([0.0, 0.2, 0.5, 0.9])
+    assert NormalDeviation(inner, np.zeros(4), lobes).point_spacing == pytest.approx(0.1 * period)
+    even = first + period * np.array([0.0, 0.15, 0.5, 0.8])
+    assert NormalDeviation(even, np.zeros(4), lobes).point_spacing == pytest.approx(0.15 * period)
