@@ -36,7 +36,6 @@ def catalog(
     import msgspec
 
     from cycloid_profile.catalog import catalog_drive, catalog_names, catalog_text
-    from cycloid_profile.report.design import drive_table
 
     if name is None and out is not None:
         raise SpecError("--out", f"'{out}'", "needs a drive", "name one of 'cycloid-profile catalog'", " ")
@@ -45,6 +44,8 @@ def catalog(
         drives = {n: catalog_drive(n) for n in catalog_names()}
         listed = {"schema": 1, "drives": {n: msgspec.to_builtins(d) for n, d in drives.items()}}
         if not printed_as_json(listed, json, protection):
+            from cycloid_profile.report.design import drive_table
+
             print_tables([drive_table(drives)])
         return 0
     if out is not None:

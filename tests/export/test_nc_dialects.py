@@ -184,8 +184,15 @@ def test_feeds_stay_in_the_range_of_the_control_after_rounding(
         assert max(map(float, words)) == pytest.approx(most, rel=1e-2)
 
 
-@pytest.mark.parametrize(("dialect", "c"), [("fanuc", "incremental"), *((each, "absolute") for each in DIALECTS)])
-@pytest.mark.parametrize("angle_decimals", [3, 4])
+# A digit more changes the numbers alone, not how a dialect turns: absolute steps once, incremental ones once.
+@pytest.mark.parametrize(
+    ("dialect", "c", "angle_decimals"),
+    [
+        *((each, "absolute", 3) for each in DIALECTS),
+        ("siemens", "absolute", 4),
+        *(("fanuc", "incremental", decimals) for decimals in (3, 4)),
+    ],
+)
 def test_c_ends_on_whole_turns_at_the_digits_of_the_control(
     eleven_lobes: DesignRecord, tmp_path: Path, dialect: str, c: str, angle_decimals: int
 ) -> None:

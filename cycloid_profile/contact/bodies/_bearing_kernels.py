@@ -10,9 +10,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from cycloid_profile.arrays import FloatArray
+from cycloid_profile.compiled import inlined, inner, kernel
 
 # ISO/TS 16281:2008: force of a line contact ∝ δ^(10/9), its energy ∝ δ^ν.
 NU = 19.0 / 9.0
@@ -61,7 +61,7 @@ _SOME, _ALL = _on_both_halves(0.5, 0.5, NU + 1.5), _on_both_halves(-0.5 * NU, 0.
 _SOME_FACTOR = math.gamma(0.5) * math.gamma(NU + 1.0) / math.gamma(NU + 1.5) / (NU * math.pi)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)  # type: ignore[untyped-decorator, unused-ignore]
+@inlined
 def bearing_response(  # pragma: no cover - compiled, out of the sight of the coverage tool
     bearing: CompiledBearing, play: float, length: float
 ) -> tuple[float, float, float]:
@@ -79,7 +79,7 @@ def bearing_response(  # pragma: no cover - compiled, out of the sight of the co
     return free, free, 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def _of_rollers(bearing: CompiledBearing, play: float, length: float) -> tuple[float, float, float]:  # pragma: no cover
     """Response of rollers, and of the compliance in series with them."""
     if length <= play:
@@ -108,7 +108,7 @@ def _of_rollers(bearing: CompiledBearing, play: float, length: float) -> tuple[f
     return shared, tangent / (1.0 + c * tangent), energy + 0.5 * c * force * force
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def rollers_alone(rollers: float, play: float, r: float) -> tuple[float, float, float]:  # pragma: no cover
     """F/r, dF/dr and energy of rollers, evenly spread and averaged over the angle of their cage (Eqs. 108–110)."""
     if r <= play:
@@ -130,7 +130,7 @@ def rollers_alone(rollers: float, play: float, r: float) -> tuple[float, float, 
     return size * s / r * (NU * g0 + first), size * tangent, size * s * s * g0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def _hypergeometric(halves: FloatArray, z: float) -> tuple[float, float, float]:  # pragma: no cover
     """₂F₁ with two derivatives by z, 0 ≤ z ≤ 1."""
     if z <= 0.5:
@@ -145,7 +145,7 @@ def _hypergeometric(halves: FloatArray, z: float) -> tuple[float, float, float]:
     return a0 + p0 * b0, -(a1 + p0 * b1 + _KAPPA * p1 * b0), second
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def _polynomial(coefficients: FloatArray, degree: int, z: float) -> tuple[float, float, float]:  # pragma: no cover
     """A polynomial in x = 4z − 1 with two derivatives by z, after Horner."""
     x = 4.0 * z - 1.0
@@ -157,7 +157,7 @@ def _polynomial(coefficients: FloatArray, degree: int, z: float) -> tuple[float,
     return p, 4.0 * first, 32.0 * second
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@kernel
 def bearing_responses(  # pragma: no cover
     bearing: CompiledBearing, play: FloatArray, length: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -168,7 +168,7 @@ def bearing_responses(  # pragma: no cover
     return secant, tangent, energy
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@kernel
 def displacements(bearing: CompiledBearing, play: FloatArray, force: FloatArray) -> FloatArray:  # pragma: no cover
     """Displacement under each force ≥ 0, the play where it is zero, shape (n,) [mm]."""
     found = np.empty(force.size)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from cycloid_profile.arrays import FloatArray, IntArray
+from cycloid_profile.compiled import inner, kernel
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@kernel
 def fill_compliances(  # pragma: no cover - compiled, out of the sight of the coverage tool
     matrix: FloatArray, own: FloatArray, along: FloatArray, turned: FloatArray, found: FloatArray
 ) -> None:
@@ -19,7 +19,7 @@ def fill_compliances(  # pragma: no cover - compiled, out of the sight of the co
         fill_compliance(matrix, own, along[p], turned[p], found[p])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def fill_compliance(  # pragma: no cover
     matrix: FloatArray, own: FloatArray, along: FloatArray, turned: FloatArray, found: FloatArray
 ) -> None:
@@ -71,7 +71,7 @@ def fill_compliance(  # pragma: no cover
                 found[at + 1, column], found[at + 1, column + 1] = bx * cos - by * sin, bx * sin + by * cos
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def _cubic(at: float, points: int, node: IntArray, weight: FloatArray) -> None:  # pragma: no cover
     """The four flank points round a place, and Lagrange's weights of them."""
     begin = math.floor(at)

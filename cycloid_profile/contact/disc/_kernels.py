@@ -6,14 +6,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
 
 from cycloid_profile.arrays import BoolArray, FloatArray
+from cycloid_profile.compiled import kernel
 from cycloid_profile.contact.laws._kernels import approach_bound, contact_constant, force_step
 from cycloid_profile.contact.laws.compiled import CompiledLaw
 
 
-@njit(cache=True, parallel=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@kernel
 def balance(  # pragma: no cover - compiled, out of the sight of the coverage tool
     law: CompiledLaw,
     gap: FloatArray,
@@ -27,14 +27,16 @@ def balance(  # pragma: no cover - compiled, out of the sight of the coverage to
     stiffness: FloatArray,
     residual: FloatArray,
     converged: BoolArray,
+    begin: int,
+    end: int,
 ) -> None:
     """Newton for the rotation and the logarithms of all forces together: one logarithm a pin and step.
 
     Fills ``rotation``, ``residual`` and ``converged``, shape (poses,), and ``approach``, ``force`` and ``stiffness`` of
-    loaded pins, shape (poses, pins).
+    loaded pins, shape (poses, pins), of the poses from ``begin`` to ``end``.
     """
-    poses, pins = gap.shape
-    for p in prange(poses):
+    _, pins = gap.shape
+    for p in range(begin, end):
         longest = 0.0
         for i in range(pins):
             longest = max(longest, lever[p, i])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -135,15 +136,17 @@ def balance_moments(
     are solved in compiled code, which reports one step of ``history``.
     """
     if gap.size >= _WORTH_COMPILING:
+        from cycloid_profile.compiled import on_all_cores
         from cycloid_profile.contact.disc._kernels import balance
 
         poses = len(torque)
         rotation, residual, converged = np.empty(poses), np.empty(poses), np.zeros(poses, dtype=np.bool_)
         approach, force, stiffness = (np.zeros_like(gap, order="C") for _ in range(3))
-        balance(
-            compiled_law(law, contact), *map(np.ascontiguousarray, (gap, lever, contact.curvature, torque)), tolerance,
-            rotation, approach, force, stiffness, residual, converged,
+        fill = partial(
+            balance, compiled_law(law, contact), *map(np.ascontiguousarray, (gap, lever, contact.curvature, torque)),
+            tolerance, rotation, approach, force, stiffness, residual, converged,
         )  # fmt: skip
+        on_all_cores(fill, poses)
         if np.all(converged):
             steps = ((float(np.max(force)), float(np.max(rotation))),)
             stiff = np.sum(stiffness * lever**2, axis=-1)

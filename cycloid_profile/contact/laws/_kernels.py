@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from cycloid_profile.arrays import FloatArray
+from cycloid_profile.compiled import inlined, inner, kernel
 from cycloid_profile.contact.laws.compiled import (
     HALLEY_STEPS,
     LOGARITHM,
@@ -24,7 +24,7 @@ _SPRING_STEPS = 40
 _INNER = STENCIL // 2 - 1  # the middle interval of a stencil
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def contact_constant(law: CompiledLaw, curvature: float) -> float:  # pragma: no cover - compiled
     """Number that describes a contact to its law: K + ln G for a logarithm, the row for a table, 0 for a power law."""
     if law.kind == LOGARITHM:
@@ -36,7 +36,7 @@ def contact_constant(law: CompiledLaw, curvature: float) -> float:  # pragma: no
     return 0.0 if law.kind == POWER else _row(law, curvature)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)  # type: ignore[untyped-decorator, unused-ignore]
+@inlined
 def response(law: CompiledLaw, constant: float, approach: float) -> tuple[float, float, float]:  # pragma: no cover
     """Force [N], tangent stiffness [N/mm] and energy ∫F dδ [N·mm] at an ``approach`` > 0 [mm]."""
     found: tuple[float, float, float]
@@ -48,7 +48,7 @@ def response(law: CompiledLaw, constant: float, approach: float) -> tuple[float,
     return found
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)  # type: ignore[untyped-decorator, unused-ignore]
+@inlined
 def _of_logarithm(G: float, constant: float, approach: float) -> tuple[float, float, float]:  # pragma: no cover
     """Response under δ = G F v with v = K − ln F."""
     # v is the root above 1 of v − ln v = c; each step of Halley triples the digits.
@@ -61,7 +61,7 @@ def _of_logarithm(G: float, constant: float, approach: float) -> tuple[float, fl
     return F, 1.0 / (G * (v - 1.0)), 0.5 * G * F * F * (v - 0.5)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def _on_spring(law: CompiledLaw, constant: float, approach: float) -> tuple[float, float, float]:  # pragma: no cover
     """Response of the contact and the spring in series."""
     # The force is convex in the approach of the contact alone: Newton from the whole approach descends.
@@ -76,7 +76,7 @@ def _on_spring(law: CompiledLaw, constant: float, approach: float) -> tuple[floa
     return F, k / (1.0 + spring * k), energy + 0.5 * spring * F * F
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)  # type: ignore[untyped-decorator, unused-ignore]
+@inlined
 def force_step(
     law: CompiledLaw, constant: float, approach: float, force: float, known: float, rate: float
 ) -> tuple[float, float, float]:  # pragma: no cover
@@ -97,7 +97,7 @@ def force_step(
     return F, approach, F / k
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def approach_bound(law: CompiledLaw, constant: float, force: float) -> float:  # pragma: no cover
     """An approach at which the contact carries at least ``force`` > 0 [mm]; exact for a logarithm."""
     if law.kind == LOGARITHM:
@@ -108,7 +108,7 @@ def approach_bound(law: CompiledLaw, constant: float, force: float) -> float:  #
     return bound
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def _without_spring(
     law: CompiledLaw, constant: float, approach: float
 ) -> tuple[float, float, float]:  # pragma: no cover
@@ -125,7 +125,7 @@ def _without_spring(
     return found
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def _row(law: CompiledLaw, curvature: float) -> float:  # pragma: no cover
     """Place of a curvature among the rows of a table, ``STENCIL`` times its first row plus the place among them."""
     cap, pin, rows, spacing = law.least_curvature, law.pin_curvature, law.rows, law.row_spacing
@@ -143,7 +143,7 @@ def _row(law: CompiledLaw, curvature: float) -> float:  # pragma: no cover
     return place
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def _from_table(law: CompiledLaw, place: float, approach: float) -> tuple[float, float, float]:  # pragma: no cover
     """From ln E over ln δ by polynomials of degree five: force and stiffness are exact derivatives of the energy."""
     table = law.table
@@ -171,7 +171,7 @@ def _from_table(law: CompiledLaw, place: float, approach: float) -> tuple[float,
     return energy * slope / approach, energy * (slope * slope - slope + second) / (approach * approach), energy
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def _polynomial(values: FloatArray, s: float) -> tuple[float, float, float]:  # pragma: no cover
     """Value and two derivatives at ``s`` of the polynomial through ``values`` at 0, 1, 2 …; overwrites ``values``."""
     for order in range(1, STENCIL):
@@ -185,7 +185,7 @@ def _polynomial(values: FloatArray, s: float) -> tuple[float, float, float]:  # 
     return value, slope, second
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@kernel
 def constants(law: CompiledLaw, curvature: FloatArray) -> FloatArray:  # pragma: no cover
     """``contact_constant`` of every contact, in the shape of ``curvature``."""
     found = np.empty(curvature.shape)
@@ -194,7 +194,7 @@ def constants(law: CompiledLaw, curvature: FloatArray) -> FloatArray:  # pragma:
     return found
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@kernel
 def responses(law: CompiledLaw, curvature: FloatArray, approach: FloatArray) -> FloatArray:  # pragma: no cover
     """Force, stiffness and energy of many contacts, shape (3, contacts); zero where the approach is not positive."""
     found = np.zeros((3, approach.size))

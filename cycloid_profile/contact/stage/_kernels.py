@@ -10,9 +10,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from cycloid_profile.arrays import FloatArray, IntArray
+from cycloid_profile.compiled import inner, kernel
 from cycloid_profile.contact.bodies._bearing_kernels import CompiledBearing, bearing_response
 from cycloid_profile.contact.laws._kernels import response
 from cycloid_profile.contact.laws.compiled import CompiledLaw
@@ -88,7 +88,7 @@ class Workspace(NamedTuple):
     spread: FloatArray
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def workspace(discs: int, pins: int, bearings: int, unknowns: int, elastic: bool) -> Workspace:  # pragma: no cover
     """Arrays for a search of this size."""
     n = discs * pins + 2 * bearings
@@ -101,7 +101,7 @@ def workspace(discs: int, pins: int, bearings: int, unknowns: int, elastic: bool
     )  # fmt: skip
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def least_energy(  # pragma: no cover - compiled, out of the sight of the coverage tool
     problem: PoseProblem, tolerance: float, step: FloatArray, load: FloatArray, work: Workspace
 ) -> float:
@@ -154,7 +154,7 @@ def least_energy(  # pragma: no cover - compiled, out of the sight of the covera
     return off
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def times(matrix: FloatArray, vector: FloatArray, product: FloatArray) -> None:  # pragma: no cover
     """``product`` of a symmetric matrix and a vector with many zeros."""
     product[:] = 0.0
@@ -164,7 +164,7 @@ def times(matrix: FloatArray, vector: FloatArray, product: FloatArray) -> None: 
                 product[i] += matrix[j, i] * vector[j]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def stored_in_discs(load: FloatArray, receded: FloatArray) -> float:  # pragma: no cover
     """Strain energy ½ yᵀ C y of the discs."""
     energy = 0.0
@@ -173,7 +173,7 @@ def stored_in_discs(load: FloatArray, receded: FloatArray) -> float:  # pragma: 
     return energy
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def imbalance(
     problem: PoseProblem, gradient: FloatArray, load: FloatArray, work: Workspace
 ) -> float:  # pragma: no cover
@@ -193,7 +193,7 @@ def imbalance(
     return relative
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def energy_at(  # pragma: no cover
     problem: PoseProblem, step: FloatArray, receded: FloatArray, gradient: FloatArray, work: Workspace
 ) -> float:
@@ -259,7 +259,7 @@ def energy_at(  # pragma: no cover
     return energy
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def on_slices(  # pragma: no cover
     problem: PoseProblem, d: int, k: int, delta: float, step: FloatArray, gradient: FloatArray, work: Workspace
 ) -> tuple[float, float, float]:
@@ -279,7 +279,7 @@ def on_slices(  # pragma: no cover
     return F, rate, stored
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def over_width(  # pragma: no cover
     law: CompiledLaw, constant: float, width: SlicedWidth, delta: float, slope: float
 ) -> tuple[float, float, float, float, float, float]:
@@ -305,7 +305,7 @@ def over_width(  # pragma: no cover
     return F, M, k0, centre, max(k2 - centre * k1, 0.0), energy
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def add_tilting(problem: PoseProblem, work: Workspace, hessian: FloatArray, coupled: bool) -> None:  # pragma: no cover
     """Add what the tilt of the discs adds to the second derivative: bearings and ``spread``, and, if ``coupled``, the
     ``centre`` of the pins.
@@ -329,7 +329,7 @@ def add_tilting(problem: PoseProblem, work: Workspace, hessian: FloatArray, coup
                             hessian[own[d, b], tilt[d, i]] += both
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def fill_hessian(problem: PoseProblem, work: Workspace, hessian: FloatArray) -> None:  # pragma: no cover
     """Second derivative of the energy with rigid discs, where ``energy_at`` left stiffnesses."""
     hessian[:] = 0.0
@@ -357,7 +357,7 @@ def fill_hessian(problem: PoseProblem, work: Workspace, hessian: FloatArray) -> 
     add_tilting(problem, work, hessian, True)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def elastic_direction(  # pragma: no cover
     problem: PoseProblem,
     gradient: FloatArray,
@@ -402,7 +402,7 @@ def elastic_direction(  # pragma: no cover
     return slope
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def motion_columns(problem: PoseProblem, work: Workspace) -> None:  # pragma: no cover
     """Fill the first columns of ``full`` with J, the deformation of contacts and bearings per motion; of slices, at the
     ``centre`` of their stiffness (docs/theory.md, Eq. 118).
@@ -419,11 +419,12 @@ def motion_columns(problem: PoseProblem, work: Workspace) -> None:  # pragma: no
             for i in range(2 if len(tilt) > 0 else 0):
                 full[d * pins + k, tilt[d, i]] = work.centre[d, k] * frame[i, d, k]
     for s in range(len(stretched)):
-        full[discs * pins + 2 * s, :unknowns] = stretched[s, 0]
-        full[discs * pins + 2 * s + 1, :unknowns] = stretched[s, 1]
+        for i in range(2):
+            for a in range(unknowns):
+                full[discs * pins + 2 * s + i, a] = stretched[s, i, a]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def factorised(problem: PoseProblem, work: Workspace) -> int:  # pragma: no cover
     """Fill the columns of D, the root of the stiffness K = D Dᵀ of contacts and bearings, and the lower half L of
     ``square``, L Lᵀ = I + Dᵀ C D; the number of columns.
@@ -437,7 +438,7 @@ def factorised(problem: PoseProblem, work: Workspace) -> int:  # pragma: no cove
     for d in range(discs):
         for k in range(pins):
             if work.stiffness[d, k] > 0.0:
-                place[count, :] = d * pins + k
+                place[count, 0] = place[count, 1] = d * pins + k
                 weight[count, 0], weight[count, 1] = math.sqrt(work.stiffness[d, k]), 0.0
                 count += 1
     for s in range(len(problem.stretch)):
@@ -463,7 +464,7 @@ def factorised(problem: PoseProblem, work: Workspace) -> int:  # pragma: no cove
     return count
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def through(work: Workspace, count: int, columns: int) -> None:  # pragma: no cover
     """``wide`` = L⁻¹ Dᵀ ``full``, its first ``columns``."""
     for i in range(count):
@@ -475,7 +476,7 @@ def through(work: Workspace, count: int, columns: int) -> None:  # pragma: no co
             work.wide[i, c] = total / work.square[i, i]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def back(work: Workspace, count: int, change: FloatArray, added: FloatArray) -> None:  # pragma: no cover
     """Add D L⁻ᵀ ``change`` to ``added``; ``change`` is overwritten."""
     for i in range(count - 1, -1, -1):
@@ -486,7 +487,7 @@ def back(work: Workspace, count: int, change: FloatArray, added: FloatArray) -> 
         added[work.place[i, 1]] += work.weight[i, 1] * change[i]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def damp(hessian: FloatArray, arm: FloatArray) -> None:  # pragma: no cover
     """Add a trace to the diagonal."""
     largest = 0.0
@@ -496,7 +497,7 @@ def damp(hessian: FloatArray, arm: FloatArray) -> None:  # pragma: no cover
         hessian[a, a] += DAMPING * largest / (arm[a] * arm[a])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def solve(matrix: FloatArray, right: FloatArray, found: FloatArray) -> None:  # pragma: no cover
     """``found`` = −matrix⁻¹·``right`` by Cholesky's factors, written over the lower half of ``matrix``."""
     n = right.size
@@ -542,13 +543,13 @@ class StageArrays(NamedTuple):
     width: SlicedWidth
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def width_at(width: SlicedWidth, slope: FloatArray) -> SlicedWidth:  # pragma: no cover
     """The same slices where the discs have these slopes, shape (discs, 2)."""
     return SlicedWidth(width.height, width.weight, width.relief, width.tilt, slope, width.stiffness)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def pose_problem(stage: StageArrays, p: int) -> PoseProblem:  # pragma: no cover
     """Pose ``p`` of many."""
     return PoseProblem(
@@ -558,7 +559,7 @@ def pose_problem(stage: StageArrays, p: int) -> PoseProblem:  # pragma: no cover
     )  # fmt: skip
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@kernel
 def least_energies(
     stage: StageArrays, tolerance: float, step: FloatArray, load: FloatArray
 ) -> None:  # pragma: no cover
@@ -569,7 +570,7 @@ def least_energies(
         least_energy(pose_problem(stage, p), tolerance, step[p], load[p], work)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@kernel
 def elastic_stiffness_times(
     stage: StageArrays, load: FloatArray, deformation: FloatArray, force: FloatArray
 ) -> None:  # pragma: no cover
@@ -577,16 +578,21 @@ def elastic_stiffness_times(
     poses, discs, pins = stage.gap.shape
     unknowns, columns = stage.arm.size, deformation.shape[2]
     work = workspace(discs, pins, stage.stretch.shape[1], max(unknowns, columns), True)
-    still, gradient, change = np.zeros(unknowns), np.zeros(unknowns), work.forces[0]
+    still, gradient = np.zeros(unknowns), np.zeros(unknowns)
+    change, added = work.forces[0], work.forces[2]
     for p in range(poses):
         problem = pose_problem(stage, p)
         times(problem.compliance, load[p], work.forces[1])
         energy_at(problem, still, work.forces[1], gradient, work)
-        work.full[:, :columns] = deformation[p]
+        for i in range(len(work.full)):
+            for c in range(columns):
+                work.full[i, c] = deformation[p, i, c]
         count = factorised(problem, work)
         through(work, count, columns)
         for c in range(columns):
             for i in range(count):
                 change[i] = work.wide[i, c]
-            force[p, :, c] = 0.0
-            back(work, count, change, force[p, :, c])
+            added[:] = 0.0
+            back(work, count, change, added)
+            for i in range(len(added)):
+                force[p, i, c] = added[i]

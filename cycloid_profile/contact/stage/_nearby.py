@@ -7,6 +7,7 @@ series about a phase near each foot, and the series is expanded again until the 
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 
@@ -49,6 +50,7 @@ def settled_near(
     exact ones. A pose is left out that does not settle, or with a pin that may have a second foot.
     """
     teeth = [case.profile] * case.drive.discs if deviations.teeth is None else list(deviations.teeth)
+    from cycloid_profile.compiled import on_all_cores
     from cycloid_profile.contact.stage._settle import settle
 
     u, shape = begin.copy(), meshing.phase.shape
@@ -67,8 +69,8 @@ def settled_near(
     holds = known
     for _ in range(_ROUNDS):
         about = found.copy()
-        settle(
-            constants, capture, np.zeros(pins) + drive.pin_radius + oversize,
+        fill = partial(
+            settle, constants, capture, np.zeros(pins) + drive.pin_radius + oversize,
             np.zeros(pins) + (0j if deviations.pin_shift is None else deviations.pin_shift),
             np.ascontiguousarray(meshing.pin_centre), np.ascontiguousarray(meshing.into_lobe),
             _removals(teeth, meshing, about), about,
@@ -81,6 +83,7 @@ def settled_near(
             sliced_width(case.width, support.tilt_unknowns, np.zeros((0, 2)), support.tilt_stiffness),
             u, load, found, gap, frame, curvature, settled,
         )  # fmt: skip
+        on_all_cores(fill, len(u))
         moved = np.where(gap < _MATTERS, np.abs(found - about), 0.0)
         holds = known & settled
         if any(tooth.removals for tooth in teeth):

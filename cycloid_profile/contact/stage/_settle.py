@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit, prange
 
 from cycloid_profile.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from cycloid_profile.compiled import inner, kernel
 from cycloid_profile.contact.bodies._bearing_kernels import CompiledBearing
 from cycloid_profile.contact.laws._kernels import contact_constant
 from cycloid_profile.contact.laws.compiled import CompiledLaw
@@ -32,7 +32,7 @@ _UNBALANCED = 0.5  # of the torque
 _FALL, _PATIENCE = 0.7, 10
 
 
-@njit(cache=True, parallel=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@kernel
 def settle(  # pragma: no cover - compiled, out of the sight of the coverage tool
     tooth: FloatArray,
     capture: FloatArray,
@@ -64,9 +64,12 @@ def settle(  # pragma: no cover - compiled, out of the sight of the coverage too
     frame: FloatArray,
     curvature: FloatArray,
     settled: BoolArray,
+    begin: int,
+    end: int,
 ) -> None:
     """Fill ``u`` (poses, unknowns), where the search begins as well, ``foot``, ``gap``, ``curvature`` (poses, discs,
-    pins), ``frame`` (poses, 3, discs, pins), normal in the housing and lever, and ``settled`` (poses,).
+    pins), ``frame`` (poses, 3, discs, pins), normal in the housing and lever, and ``settled`` (poses,), of the poses
+    from ``begin`` to ``end``.
 
     ``tooth`` (discs, 6): pins, pin circle radius, eccentricity, K1, lobes and pin radius of the generating motion;
     ``capture`` (poses, discs, pins), capture radius of each pin; ``removal`` (poses, discs, pins, 3),
@@ -75,10 +78,10 @@ def settle(  # pragma: no cover - compiled, out of the sight of the coverage too
     ``width``, the slices, their slopes not read; ``tolerance`` (poses,); ``limits``, refreshes and whole steps. The
     others as in ``StageEnergy`` and ``Meshing``.
     """
-    poses, discs, pins = gap.shape
+    _, discs, pins = gap.shape
     bearings, unknowns = spring_stretch.shape[1], arm.size
     elastic = load.shape[1] > 0
-    for p in prange(poses):
+    for p in range(begin, end):
         step, work = np.zeros(unknowns), workspace(discs, pins, bearings, unknowns, elastic)
         constant, stretch, still = np.empty((discs, pins)), np.empty((bearings, 2)), np.zeros(unknowns)
         slope, receded = np.zeros((len(width.tilt), 2)), np.zeros(load.shape[1])
@@ -145,7 +148,7 @@ def settle(  # pragma: no cover - compiled, out of the sight of the coverage too
                 u[p, a] += share * step[a]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def _touch(  # pragma: no cover
     tooth: FloatArray,
     capture: float,

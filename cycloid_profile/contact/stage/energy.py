@@ -287,7 +287,7 @@ class StageEnergy:
             spring_stretch=np.ascontiguousarray(self.spring_stretch),
             stretch=np.ascontiguousarray(self.stretch),
             bearing=self.bearing.compiled(),
-            play=np.ascontiguousarray(np.broadcast_to(np.ravel(np.float64(self.play)), len(self.gap))),
+            play=np.zeros(len(self.gap)) + np.ravel(self.play),
             torque=np.ascontiguousarray(self.torque),
             rotation=np.ascontiguousarray(self.rotation),
             arm=self.arm,

@@ -8,16 +8,16 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from cycloid_profile.arrays import FloatArray, IntArray
+from cycloid_profile.compiled import kernel
 from cycloid_profile.contact.stage import StageEnergy
 from cycloid_profile.contact.stage._kernels import PoseProblem, StageArrays, least_energy, width_at, workspace
 
 _ABREAST = 8  # reducers side by side: as many numbers as the processor keeps in registers
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@kernel
 def least_turns(  # pragma: no cover - compiled, out of the sight of the coverage tool
     begin: IntArray, column: IntArray, weight: FloatArray, base: FloatArray, x: FloatArray, least: FloatArray
 ) -> None:
@@ -90,7 +90,7 @@ def balanced_reducers(
     return turned, pressure
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@kernel
 def _balanced(  # pragma: no cover - compiled, out of the sight of the coverage tool
     drawn: StageArrays,
     load: FloatArray,
@@ -115,7 +115,10 @@ def _balanced(  # pragma: no cover - compiled, out of the sight of the coverage 
     for i in range(reducers):
         for p in range(loads):
             at = chosen[i, p]
-            step[:], forces[:] = start[i, p], load[at]
+            for a in range(step.size):
+                step[a] = start[i, p, a]
+            for a in range(forces.size):
+                forces[a] = load[at, a]
             problem = PoseProblem(
                 drawn.law, drawn.constant[at], gap[i, p], drawn.frame[at], drawn.own, drawn.spring_stretch[at],
                 stretch[i, p], drawn.bearing, play[i], drawn.torque[at], drawn.rotation[at], drawn.arm,
@@ -133,7 +136,7 @@ def _balanced(  # pragma: no cover - compiled, out of the sight of the coverage 
             pressure[i, p] = np.nan if lost else highest
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@kernel
 def chosen_rows(  # pragma: no cover - compiled, out of the sight of the coverage tool
     begin: IntArray, column: IntArray, weight: FloatArray, x: FloatArray, chosen: IntArray, found: FloatArray
 ) -> None:

@@ -10,10 +10,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
+from cycloid_profile.compiled import contracted, inner, kernel
 
 _ABREAST = 128  # reducers side by side
 _ROUNDING = 1e-9  # rad, less than 1e-5′
@@ -21,7 +21,7 @@ _FAR = 1e3  # rad; closing turn of a pin out of reach
 _PARTS = 4  # of an interval between two poses; halved or doubled, the largest backlash of an RV-40E moves by 2e-5′
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@kernel
 def turn_extremes(  # pragma: no cover - compiled, out of the sight of the coverage tool
     begin: IntArray,
     column: IntArray,
@@ -60,7 +60,7 @@ def turn_extremes(  # pragma: no cover - compiled, out of the sight of the cover
             _refined(rows, x[start + s], total, first[..., s], turns, known, extremes[start + s])
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})  # type: ignore[untyped-decorator, unused-ignore]
+@contracted
 def _all_poses(  # pragma: no cover
     begin: IntArray,
     column: IntArray,
@@ -118,7 +118,7 @@ class _Rows(NamedTuple):
     arm: FloatArray
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def _turn(rows: _Rows, x: FloatArray, pose: int, f: int, pin: int) -> float:  # pragma: no cover
     """Closing turn of a pin."""
     row = rows.row_of[pose, f, pin]
@@ -131,7 +131,7 @@ def _turn(rows: _Rows, x: FloatArray, pose: int, f: int, pin: int) -> float:  # 
     return turn
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def _refined(  # pragma: no cover
     rows: _Rows,
     x: FloatArray,
@@ -185,13 +185,15 @@ def _refined(  # pragma: no cover
             if not known[pose]:
                 _turns(rows, x, pose, turns[pose])
                 known[pose] = True
-            turn[step], levers[step] = turns[pose], rows.arm[pose]
+            for f in range(2):
+                for pin in range(pins):
+                    turn[step, f, pin], levers[step, f, pin] = turns[pose, f, pin], rows.arm[pose, f, pin]
         for f in range(2):
             _within(turn, levers, f, near, value[f], found[f])
         ends[0] = max(ends[0], _search(turn, levers, value, found))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def _turns(rows: _Rows, x: FloatArray, pose: int, turn: FloatArray) -> None:  # pragma: no cover
     """Fill ``turn``, shape (2, pins), with those of all pins at a pose."""
     for f in range(2):
@@ -199,7 +201,7 @@ def _turns(rows: _Rows, x: FloatArray, pose: int, turn: FloatArray) -> None:  # 
             turn[f, pin] = _turn(rows, x, pose, f, pin)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def _straight_tip(rows: _Rows, x: FloatArray, first: IntArray, a: int, b: int) -> float:  # pragma: no cover
     """Largest sum between two poses by straight lines of the pins that touch first there, if no other pin touches."""
     ia, ib, ja, jb = first[a, 0], first[b, 0], first[a, 1], first[b, 1]
@@ -210,7 +212,7 @@ def _straight_tip(rows: _Rows, x: FloatArray, first: IntArray, a: int, b: int) -
     return tip
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def _vertex(before: float, here: float, after: float) -> float:  # pragma: no cover
     """Least of the parabola through three poses, the middle one where it bends down."""
     bend = before - 2.0 * here + after
@@ -220,7 +222,7 @@ def _vertex(before: float, here: float, after: float) -> float:  # pragma: no co
     return vertex
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def _second(  # pragma: no cover
     turn: FloatArray, f: int, pin: int
 ) -> float:
@@ -233,7 +235,7 @@ def _second(  # pragma: no cover
     return second if second < 0.5 * _FAR else 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def _tent(  # pragma: no cover
     fa: float, fab: float, fba: float, fb: float, ga: float, gab: float, gba: float, gb: float
 ) -> float:
@@ -250,7 +252,7 @@ def _tent(  # pragma: no cover
     return highest
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def _interpolated(  # pragma: no cover
     turn: FloatArray, arm: FloatArray, f: int, pin: int, u: float
 ) -> float:
@@ -274,7 +276,7 @@ def _interpolated(  # pragma: no cover
     return turned
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def _cubic(a: float, b: float, c: float, d: float, u: float) -> float:  # pragma: no cover
     """Cubic through a, b, c, d at u = -1, 0, 1, 2."""
     v = 1.0 - u
@@ -282,7 +284,7 @@ def _cubic(a: float, b: float, c: float, d: float, u: float) -> float:  # pragma
     return value
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def _within(  # pragma: no cover
     turn: FloatArray, arm: FloatArray, f: int, near: IntArray,
     value: FloatArray, found: IntArray,
@@ -311,7 +313,7 @@ def _within(  # pragma: no cover
         value[i] = highest
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator, unused-ignore]
+@inner
 def _search(  # pragma: no cover
     turn: FloatArray, arm: FloatArray, value: FloatArray, found: IntArray
 ) -> float:
