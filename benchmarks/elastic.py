@@ -14,7 +14,7 @@ import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
 from statistics import median
-from time import perf_counter, process_time
+from time import process_time
 
 from benchmarks.document import machine, put, table
 from cycloid_profile.contact.mesh import output_turn
