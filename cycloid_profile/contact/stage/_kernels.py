@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray, IntArray
-from cycloid_profile.compiled import inner, kernel
+from cycloid_profile.compiled import contracted, inner, kernel
 from cycloid_profile.contact.bodies._bearing_kernels import CompiledBearing, bearing_response
 from cycloid_profile.contact.laws._kernels import response
 from cycloid_profile.contact.laws.compiled import CompiledLaw
@@ -69,8 +69,8 @@ class PoseProblem(NamedTuple):
 class Workspace(NamedTuple):
     """Arrays of one search: ``stiffness`` of the pins; of the bearings ``now``, direction of the stretch, and ``rate``,
     stiffness along and across it, both shape (bearings, 2); ``force`` of all; rows of ``motions`` (4 + unknowns,
-    unknowns) and, for elastic discs alone, of ``forces`` (7, forces); the others as in ``factorised`` and ``through``.
-    ``centre`` and ``spread`` of the pins as in ``over_width``.
+    unknowns) and, for elastic discs alone, of ``forces`` (7, forces); ``full`` (forces, columns), deformations whose
+    forces are wanted; the others as in ``eliminated``. ``centre`` and ``spread`` of the pins as in ``over_width``.
     """
 
     stiffness: FloatArray
@@ -83,7 +83,8 @@ class Workspace(NamedTuple):
     wide: FloatArray
     place: IntArray
     weight: FloatArray
-    square: FloatArray
+    upper: FloatArray
+    last: IntArray
     centre: FloatArray
     spread: FloatArray
 
@@ -96,7 +97,7 @@ def workspace(discs: int, pins: int, bearings: int, unknowns: int, elastic: bool
     return Workspace(
         np.zeros((discs, pins)), np.zeros((bearings, 2)), np.zeros((bearings, 2)), np.zeros(n),
         np.zeros((4 + unknowns, unknowns)), np.zeros((7, m)), np.zeros((m, 1 + unknowns)), np.zeros((m, 1 + unknowns)),
-        np.zeros((m, 2), np.int64), np.zeros((m, 2)), np.zeros((m, m)), np.zeros((discs, pins)),
+        np.zeros((m, 2), np.int64), np.zeros((m, 2)), np.zeros((m, m)), np.zeros(m, np.int64), np.zeros((discs, pins)),
         np.zeros((discs, pins)),
     )  # fmt: skip
 
@@ -378,16 +379,14 @@ def elastic_direction(  # pragma: no cover
     motion_columns(problem, work)
     for i in range(n):
         work.full[i, unknowns] = -recede[i]
-    count = factorised(problem, work)
-    through(work, count, unknowns + 1)
-    for a in range(unknowns):
-        right[a] = gradient[a]
-        for i in range(count):
-            right[a] += work.wide[i, a] * work.wide[i, unknowns]
-        for b in range(unknowns):
-            hessian[a, b] = 0.0
-            for i in range(count):
-                hessian[a, b] += work.wide[i, a] * work.wide[i, b]
+    count = eliminated(problem, work, unknowns + 1)
+    right[:], hessian[:] = gradient, 0.0
+    for i in range(count):
+        for a in range(unknowns):
+            one = work.wide[i, a]
+            right[a] += one * work.wide[i, unknowns]
+            for b in range(unknowns):
+                hessian[a, b] += one * work.wide[i, b]
     add_tilting(problem, work, hessian, False)
     damp(hessian, problem.arm)
     solve(hessian, right, direction)
@@ -424,65 +423,85 @@ def motion_columns(problem: PoseProblem, work: Workspace) -> None:  # pragma: no
                 full[discs * pins + 2 * s + i, a] = stretched[s, i, a]
 
 
-@inner
-def factorised(problem: PoseProblem, work: Workspace) -> int:  # pragma: no cover
-    """Fill the columns of D, the root of the stiffness K = D Dᵀ of contacts and bearings, and the lower half L of
-    ``square``, L Lᵀ = I + Dᵀ C D; the number of columns.
+@contracted
+def eliminated(problem: PoseProblem, work: Workspace, columns: int) -> int:  # pragma: no cover
+    """Fill ``upper`` with U, Uᵀ U = I + Dᵀ C D, and ``wide`` with U⁻ᵀ Dᵀ ``full``, its first ``columns``; the number of
+    columns of D, the root of the stiffness K = D Dᵀ of contacts and bearings.
 
-    The stiffness with elastic discs is K (I + C K)⁻¹ = D (L Lᵀ)⁻¹ Dᵀ. A column has at most two entries, ``weight`` at
-    ``place``.
+    The stiffness with elastic discs is K (I + C K)⁻¹ = D (Uᵀ U)⁻¹ Dᵀ. A column of D has at most two entries, ``weight``
+    at ``place``. Those of one disc follow each other: without supports in common C couples no two discs, and a row of U
+    ends in the column ``last``.
     """
-    place, weight, square, C = work.place, work.weight, work.square, problem.compliance
-    discs, pins = problem.gap.shape
+    place, weight, upper, wide, last, C = work.place, work.weight, work.upper, work.wide, work.last, problem.compliance
+    count: int = stiffness_root(problem, work)
+    row = work.forces[6]
+    for i in range(count):
+        i0, i1, x, y = place[i, 0], place[i, 1], weight[i, 0], weight[i, 1]
+        for k in range(row.size):
+            row[k] = x * C[i0, k]
+        if y != 0.0:
+            for k in range(row.size):
+                row[k] += y * C[i1, k]
+        last[i] = i
+        for j in range(i, count):
+            # Without a sign an index needs no look at numbers counted from the end.
+            first, second = np.uint64(place[j, 0]), np.uint64(place[j, 1])
+            upper[i, j] = weight[j, 0] * row[first] + weight[j, 1] * row[second]
+            if upper[i, j] != 0.0:
+                last[i] = j
+        upper[i, i] += 1.0
+        for c in range(columns):
+            wide[i, c] = x * work.full[i0, c] + y * work.full[i1, c]
+    for i in range(count):
+        # Rows are subtracted as soon as they are known: sums of independent numbers run side by side.
+        scale = 1.0 / math.sqrt(upper[i, i])
+        end = last[i] + 1
+        for j in range(i, end):
+            upper[i, j] *= scale
+        for c in range(columns):
+            wide[i, c] *= scale
+        for k in range(i + 1, end):
+            share = upper[i, k]
+            last[k] = max(last[k], last[i])
+            for j in range(k, end):
+                upper[k, j] -= share * upper[i, j]
+            for c in range(columns):
+                wide[k, c] -= share * wide[i, c]
+    return count
+
+
+@inner
+def stiffness_root(problem: PoseProblem, work: Workspace) -> int:  # pragma: no cover
+    """Fill ``place`` and ``weight`` of the columns of D, as in ``eliminated``; their number."""
+    place, weight = work.place, work.weight
     count = 0
+    discs, pins = problem.gap.shape
+    bearings = len(problem.stretch) // discs
     for d in range(discs):
         for k in range(pins):
             if work.stiffness[d, k] > 0.0:
                 place[count, 0] = place[count, 1] = d * pins + k
                 weight[count, 0], weight[count, 1] = math.sqrt(work.stiffness[d, k]), 0.0
                 count += 1
-    for s in range(len(problem.stretch)):
-        ux, uy, along, across = work.now[s, 0], work.now[s, 1], work.rate[s, 0], work.rate[s, 1]
-        first = discs * pins + 2 * s
-        for stiffness, x, y in ((along, ux, uy), (across, -uy, ux)):
-            if stiffness > 0.0:
-                root = math.sqrt(stiffness)
-                place[count, 0], place[count, 1] = first, first + 1
-                weight[count, 0], weight[count, 1] = root * x, root * y
-                count += 1
-    for i in range(count):
-        i0, i1, x, y = place[i, 0], place[i, 1], weight[i, 0], weight[i, 1]
-        for j in range(i + 1):
-            j0, j1 = place[j, 0], place[j, 1]
-            total = x * (C[i0, j0] * weight[j, 0] + C[i0, j1] * weight[j, 1])
-            total += y * (C[i1, j0] * weight[j, 0] + C[i1, j1] * weight[j, 1])
-            if i == j:
-                total += 1.0
-            for c in range(j):
-                total -= square[i, c] * square[j, c]
-            square[i, j] = math.sqrt(total) if i == j else total / square[j, j]
+        for s in range(d * bearings, (d + 1) * bearings):
+            ux, uy, along, across = work.now[s, 0], work.now[s, 1], work.rate[s, 0], work.rate[s, 1]
+            first = discs * pins + 2 * s
+            for stiffness, x, y in ((along, ux, uy), (across, -uy, ux)):
+                if stiffness > 0.0:
+                    root = math.sqrt(stiffness)
+                    place[count, 0], place[count, 1] = first, first + 1
+                    weight[count, 0], weight[count, 1] = root * x, root * y
+                    count += 1
     return count
 
 
 @inner
-def through(work: Workspace, count: int, columns: int) -> None:  # pragma: no cover
-    """``wide`` = L⁻¹ Dᵀ ``full``, its first ``columns``."""
-    for i in range(count):
-        i0, i1, x, y = work.place[i, 0], work.place[i, 1], work.weight[i, 0], work.weight[i, 1]
-        for c in range(columns):
-            total = x * work.full[i0, c] + y * work.full[i1, c]
-            for j in range(i):
-                total -= work.square[i, j] * work.wide[j, c]
-            work.wide[i, c] = total / work.square[i, i]
-
-
-@inner
 def back(work: Workspace, count: int, change: FloatArray, added: FloatArray) -> None:  # pragma: no cover
-    """Add D L⁻ᵀ ``change`` to ``added``; ``change`` is overwritten."""
+    """Add D U⁻¹ ``change`` to ``added``; ``change`` is overwritten."""
     for i in range(count - 1, -1, -1):
-        for j in range(i + 1, count):
-            change[i] -= work.square[j, i] * change[j]
-        change[i] /= work.square[i, i]
+        for j in range(i + 1, work.last[i] + 1):
+            change[i] -= work.upper[i, j] * change[j]
+        change[i] /= work.upper[i, i]
         added[work.place[i, 0]] += work.weight[i, 0] * change[i]
         added[work.place[i, 1]] += work.weight[i, 1] * change[i]
 
@@ -587,8 +606,7 @@ def elastic_stiffness_times(
         for i in range(len(work.full)):
             for c in range(columns):
                 work.full[i, c] = deformation[p, i, c]
-        count = factorised(problem, work)
-        through(work, count, columns)
+        count = eliminated(problem, work, columns)
         for c in range(columns):
             for i in range(count):
                 change[i] = work.wide[i, c]

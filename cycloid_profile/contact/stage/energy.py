@@ -121,7 +121,8 @@ class StageEnergy:
     def at(self, step: FloatArray) -> EnergyPoint:
         """Energy and forces a ``step`` away, shape (poses, unknowns) [mm, rad], the discs under their ``load``."""
         moved = step[:, self.disc_unknowns][..., np.newaxis, :]
-        receded, at_bearings = self._receded()
+        yielded = self._yielded()
+        receded, at_bearings = self._at_pins_and_bearings(yielded)
         approach = self.normal_x * moved[..., 0] + self.normal_y * moved[..., 1] + self.lever * moved[..., 2] - self.gap
         approach -= receded
         tilt = None
@@ -146,7 +147,7 @@ class StageEnergy:
                 gradient[:, self.width.unknowns[:, i]] += np.sum(tilt.moment * along, axis=2)
                 gradient[:, self.width.unknowns[:, i]] += self.width.stiffness * slope[..., i]
         energy = np.sum(stored, axis=(1, 2)) + np.sum(held.energy, axis=1)
-        energy += 0.5 * np.einsum("pi,pij,pj->p", self.load, self.compliance, self.load)
+        energy += 0.5 * np.sum(self.load * yielded, axis=1)
         energy -= self.torque * (self.rotation + step[:, 0])
         if self.width is not None:
             energy += 0.5 * self.width.stiffness * np.sum(self.width.moved(step) ** 2, axis=(1, 2))
@@ -181,13 +182,16 @@ class StageEnergy:
         centre = k1 / np.where(k0 > 0.0, k0, 1.0)
         return force, k0, stored, PinTilt(slope, moment, centre, np.maximum(k2 - centre * k1, 0.0))
 
-    def _receded(self) -> tuple[FloatArray, FloatArray]:
-        """How far the discs give way at pins, shape of ``gap``, and at bearings, shape of ``stretch`` [mm]."""
-        if not self.load.size:
+    def _yielded(self) -> FloatArray:
+        """How far all elastic bodies give way under their ``load``, shape of ``load`` [mm]."""
+        return np.asarray(np.einsum("pij,pj->pi", self.compliance, self.load))
+
+    def _at_pins_and_bearings(self, yielded: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The same at pins, shape of ``gap``, and at bearings, shape of ``stretch`` [mm]; zero for rigid discs."""
+        if not yielded.size:
             return np.zeros_like(self.gap), np.zeros_like(self.stretch)
-        every = np.einsum("pij,pj->pi", self.compliance, self.load)
         pins = self.gap[0].size
-        return every[:, :pins].reshape(self.gap.shape), every[:, pins:].reshape(self.stretch.shape)
+        return yielded[:, :pins].reshape(self.gap.shape), yielded[:, pins:].reshape(self.stretch.shape)
 
     @property
     def by_motion(self) -> FloatArray:

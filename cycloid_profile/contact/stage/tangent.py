@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cycloid_profile.arrays import FloatArray
+from cycloid_profile.arrays import FloatArray, IntArray
 from cycloid_profile.contact.bodies import NO_DEVIATIONS, PartDeviations, SupportModel, support_model
 from cycloid_profile.contact.mesh import Gaps
 from cycloid_profile.contact.result import LoadSharing
@@ -102,6 +102,19 @@ class StageTangent:
         return np.nan_to_num(
             energy.stiffness_times(self.point, energy.by_motion @ motion)[..., 0], posinf=0.0, neginf=0.0
         )
+
+    def forces_per_deformation(self, pins: IntArray) -> FloatArray:
+        """Force of some ``pins`` of each pose, shape (poses, some), per deformation of every pin and bearing, carrier
+        and discs free to follow, shape (poses, some, forces), zero without equilibrium [N/mm].
+        """
+        energy, J = self.energy, self.energy.by_motion
+        unit = np.zeros((*J.shape[:2], pins.shape[1]))
+        np.put_along_axis(unit, pins[:, np.newaxis], 1.0, axis=1)
+        held = np.swapaxes(J, 1, 2) @ energy.stiffness_times(self.point, unit)
+        follow = solve_linear_compliance(energy.hessian(self.point), held, _RCOND)
+        # The matrix is symmetric: a deformation at A loads B as one at B loads A.
+        forces = np.swapaxes(energy.stiffness_times(self.point, unit - J @ follow), 1, 2)
+        return np.nan_to_num(forces[..., : energy.gap[0].size + energy.stretch[0].size], posinf=0.0, neginf=0.0)
 
     def rotation(self, gap: FloatArray | float, misfit: FloatArray | float = 0.0) -> FloatArray:
         """Rotation of the output due to changes of gaps and bearing fits [mm], shape (poses,) [rad].

@@ -112,8 +112,9 @@ def _balanced(  # pragma: no cover - compiled, out of the sight of the coverage 
     reducers, loads, discs, pins = gap.shape
     step, forces = np.empty(start.shape[2]), np.empty(load.shape[1])
     work = workspace(discs, pins, stretch.shape[2], step.size, forces.size > 0)
-    for i in range(reducers):
-        for p in range(loads):
+    # Reducers one after another at a load: its compliance is then in the cache of the processor.
+    for p in range(loads):
+        for i in range(reducers):
             at = chosen[i, p]
             for a in range(step.size):
                 step[a] = start[i, p, a]

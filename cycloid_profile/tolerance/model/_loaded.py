@@ -16,6 +16,7 @@ import numpy as np
 from cycloid_profile.arrays import FloatArray, IntArray
 from cycloid_profile.contact.bodies import support_model
 from cycloid_profile.contact.mesh import LEAST_REACH, gaps, mesh
+from cycloid_profile.contact.result import LoadSharing
 from cycloid_profile.contact.stage import (
     ContactPoints,
     CurvedContacts,
@@ -30,6 +31,32 @@ from cycloid_profile.tolerance.model._crank_locked import sparse_columns
 
 TOLERANCE = 1e-7  # of the torque, out of balance
 _BLOCK = 24  # reducers at once
+_WATCHED = 6  # contacts of a pose, those with the highest pressure as drawn; 4 and 16 find the same poses
+
+
+@dataclass(frozen=True)
+class FirstOrder:
+    """Rotation and highest pressure of reducers to first order about the drawing: a cheap estimate at many loads.
+
+    ``rotation`` as drawn, shape (loads,) [rad], and ``rotation_by_unit``, shape (loads, coordinates) [rad per unit];
+    ``force`` of the watched contacts, shape (loads, some) [N], ``force_by_unit``, shape (loads·some, coordinates)
+    [N per unit], and their peak pressure under 1 N, ``per_root_force``, shape (loads, some) [MPa].
+    """
+
+    rotation: FloatArray
+    rotation_by_unit: FloatArray
+    force: FloatArray
+    force_by_unit: FloatArray
+    per_root_force: FloatArray
+
+    def rotations(self, x: FloatArray) -> FloatArray:
+        """Rotation at each load, shape (reducers, loads) [rad]."""
+        return np.asarray(self.rotation + x @ self.rotation_by_unit.T)
+
+    def pressures(self, x: FloatArray) -> FloatArray:
+        """Highest peak pressure at each load, shape (reducers, loads) [MPa]."""
+        force = self.force + (x @ self.force_by_unit.T).reshape(len(x), *self.force.shape)
+        return np.asarray(np.max(np.sqrt(np.maximum(force, 0.0)) * self.per_root_force, axis=2))
 
 
 @dataclass(frozen=True)
@@ -43,8 +70,7 @@ class LoadedStage:
     1 N, shape (loads, discs, pins) [MPa]. ``rigid_motion`` shape (loads, unknowns) of all discs with the carrier;
     ``closing`` of each gap per rotation along the torque, 0 where too little [mm]; ``overclosure``, an additional
     rotation that guarantees contact, shape (loads,) [rad]; ``receded``, how far elastic supports give way under the
-    load that the search starts from, shape (loads, discs, pins) [mm]; ``rotation_by_unit``, change of the rotation to
-    first order, shape (loads, coordinates) [rad per unit].
+    load that the search starts from, shape (loads, discs, pins) [mm]; ``first_order``, estimates about the drawing.
     """
 
     reducer: AsBuiltReducer
@@ -59,7 +85,7 @@ class LoadedStage:
     closing: FloatArray
     overclosure: FloatArray
     receded: FloatArray
-    rotation_by_unit: FloatArray
+    first_order: FirstOrder
 
     def answers(self, x: FloatArray, chosen: IntArray | None = None) -> tuple[FloatArray, FloatArray]:
         """Rotation of the output [rad] and highest peak pressure [MPa] at each load, shape (reducers, loads).
@@ -72,10 +98,6 @@ class LoadedStage:
         blocks = [self._block(x[at : at + _BLOCK], some[at : at + _BLOCK]) for at in range(0, len(x), _BLOCK)]
         rotation, pressure = (np.concatenate(each) for each in zip(*blocks, strict=True))
         return rotation, pressure
-
-    def linear_rotation(self, x: FloatArray) -> FloatArray:
-        """Rotation at each load to first order about the drawing, shape (reducers, loads) [rad]."""
-        return np.asarray(self.energy.rotation + x @ self.rotation_by_unit.T)
 
     def errors(self, x: FloatArray, chosen: IntArray | None = None) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Gaps, unloaded bearing displacements and bearing play of reducers with coordinates ``x`` [mm].
@@ -171,8 +193,12 @@ def loaded_stage(
     read_by_unit = sparse_columns(
         [one.series_twist(solved.torque) + one.angle_error(angle) for one in changes], len(angle)
     )
-    tangent = StageTangent(solved)
-    by_unit = _per_load(tangent.pins) @ gap_by_unit + _per_load(tangent.bearings) @ stretch_by_unit
+    pressure_per_root_force = case.law.peak_pressure(np.ones_like(found.gap), energy.contact)
+    watched, tangent = _watched(solved), StageTangent(solved)
+    by_gap, by_stretch = np.split(-tangent.forces_per_deformation(watched), [found.gap[0].size], axis=2)
+    rotated = _per_load(tangent.pins[:, np.newaxis]) @ gap_by_unit
+    rotated += _per_load(tangent.bearings[:, np.newaxis]) @ stretch_by_unit
+    forced = _per_load(by_gap) @ gap_by_unit - _per_load(by_stretch) @ stretch_by_unit
     return LoadedStage(
         reducer=reducer,
         crank_angle=np.asarray(crank_angle, dtype=np.float64),
@@ -181,22 +207,43 @@ def loaded_stage(
         stretch_by_unit=stretch_by_unit,
         play_by_unit=np.array([one.play for one in changes]),
         read_by_unit=read_by_unit,
-        pressure_per_root_force=case.law.peak_pressure(np.ones_like(found.gap), energy.contact),
+        pressure_per_root_force=pressure_per_root_force,
         rigid_motion=support.rigid_motion,
         closing=np.where(arm > LEAST_REACH * longest, arm, 0.0),
         overclosure=0.5 * pressed / longest,
         receded=sum(solved.receded_supports.values(), np.zeros_like(found.gap)),
-        rotation_by_unit=(by_unit + read_by_unit).toarray(),
+        first_order=FirstOrder(
+            rotation=energy.rotation,
+            rotation_by_unit=(rotated + read_by_unit).toarray(),
+            force=_of_watched(solved.force, watched),
+            force_by_unit=forced.toarray(),
+            per_root_force=_of_watched(pressure_per_root_force, watched),
+        ),
     )
 
 
+def _watched(solved: LoadSharing) -> IntArray:
+    """The contacts of each pose with the highest pressure, shape (poses, some), counted over all discs."""
+    pressure = solved.pressure.reshape(len(solved.pressure), -1)
+    return np.argsort(-pressure, axis=1, kind="stable")[:, :_WATCHED]
+
+
+def _of_watched(values: FloatArray, watched: IntArray) -> FloatArray:
+    """Values of the ``watched`` contacts among those of all, shape (poses, discs, pins)."""
+    return np.take_along_axis(values.reshape(len(values), -1), watched, axis=1)
+
+
 def _per_load(weights: FloatArray) -> Any:
-    """Sparse matrix, shape (loads, loads·rest), that adds the rest of each load with these weights."""
+    """Sparse matrix, shape (loads·rows, loads·rest), that adds the rest of each load with ``weights``, shape (loads,
+    rows, …), of each row.
+    """
     from scipy.sparse import csr_array
 
-    loads, rest = len(weights), weights[0].size
-    begin = np.arange(loads + 1) * rest
-    return csr_array((weights.ravel(), np.arange(loads * rest), begin), shape=(loads, loads * rest))
+    loads, rows = weights.shape[:2]
+    rest = weights[0, 0].size
+    column = np.repeat(np.arange(loads * rest).reshape(loads, 1, rest), rows, axis=1)
+    begin = np.arange(loads * rows + 1) * rest
+    return csr_array((weights.ravel(), column.ravel(), begin), shape=(loads * rows, loads * rest))
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -19,14 +19,16 @@ from cycloid_profile.tolerance.model._crank_locked import CrankLockedBacklash, c
 from cycloid_profile.tolerance.model._loaded import LoadedStage, loaded_stage
 from cycloid_profile.units import ARCMIN, ARCSEC
 
-# Poses of the derivatives; at ``TURN_POSES`` of them reducers of a study are solved, too.
+# Poses of the derivatives.
 BACKLASH_POSES, LOST_MOTION_POSES, TURN_POSES = 47, 17, 97
-# Poses per turn of the crank between which the backlash of each pin is interpolated. RV-40E, 31,219 poses as the
-# reference: mean off by 0.0019′ with 20, 0.0014′ with 24, 0.0004′ with 40.
+# Poses per turn of the crank: between them the backlash of each pin is interpolated, under rated load some are chosen.
+# Backlash of the RV-40E, 31,219 poses as the reference: mean off by 0.0019′ with 20, 0.0014′ with 24, 0.0004′ with 40.
 _POSES_PER_CRANK_TURN = 40
-# Poses per turn of the crank at light load, of which as many are solved as are chosen. At rated torque one pose per
-# mesh cycle of the whole turn, of which as many are chosen at either end.
-LOADED_PER_CRANK_TURN, LOST_MOTION_CHOSEN, TURN_CHOSEN = 12, 8, 8
+# Poses of a whole turn under rated load, at least: the load of few pins has kinks.
+_LEAST_RATED_POSES = 1500
+# Poses per turn of the crank at light load. For each extreme under load as many poses are solved as are chosen by their
+# estimate, and both neighbours of the best.
+LOADED_PER_CRANK_TURN, LOST_MOTION_CHOSEN, TURN_CHOSEN = 12, 8, 16
 # Quantities in the order of reports, each with its definition.
 QUANTITIES = {
     "backlash_arcmin": "backlash, crank locked, largest over a turn",
@@ -110,31 +112,55 @@ class LostMotionQuantities:
     names: tuple[str, ...] = ("lost_motion_arcmin",)
 
     def of(self, x: FloatArray) -> FloatArray:
-        poses = _largest(self.backlash.by_pose(x), LOST_MOTION_CHOSEN)
-        rotation, _ = self.stage.answers(x, np.concatenate([poses, poses + self.backlash.poses], axis=1))
-        there, back = np.split(rotation, 2, axis=1)
-        return np.asarray(np.max(there - back, axis=1)[:, np.newaxis] / ARCMIN)
+        def solved(poses: IntArray) -> FloatArray:
+            rotation, _ = self.stage.answers(x, np.concatenate([poses, poses + self.backlash.poses], axis=1))
+            there, back = np.split(rotation, 2, axis=1)
+            return np.asarray(there - back)[np.newaxis]
+
+        return largest_over_turn(self.backlash.by_pose(x)[np.newaxis], solved, LOST_MOTION_CHOSEN) / ARCMIN
 
 
 @dataclass(frozen=True)
 class RatedLoadQuantities:
     """Transmission error, peak to peak over a turn, and the highest peak pressure, at rated torque.
 
-    Equilibria are solved at some poses evenly over the turn, and at those where the rotation to first order is largest
-    or least.
+    Equilibria are solved where rotation or pressure are extreme to first order.
     """
 
     stage: LoadedStage
     names: tuple[str, ...] = ("transmission_error_arcsec", "peak_pressure_mpa")
 
     def of(self, x: FloatArray) -> FloatArray:
-        linear = self.stage.linear_rotation(x)
-        loads = linear.shape[1]
-        even = np.unique(np.round(np.arange(TURN_POSES) * loads / TURN_POSES).astype(np.intp) % loads)
-        extreme = [_largest(sign * linear, TURN_CHOSEN) for sign in (1.0, -1.0)]
-        chosen = np.concatenate([np.broadcast_to(even, (len(x), even.size)), *extreme], axis=1)
-        rotation, pressure = self.stage.answers(x, chosen)
-        return np.stack([np.ptp(rotation, axis=1) / ARCSEC, np.max(pressure, axis=1)], axis=1)
+        def solved(poses: IntArray) -> FloatArray:
+            rotation, pressure = self.stage.answers(x, poses)
+            return np.stack([rotation, -rotation, pressure])
+
+        rotation, pressure = self.stage.first_order.rotations(x), self.stage.first_order.pressures(x)
+        ahead, behind, pressed = largest_over_turn(np.stack([rotation, -rotation, pressure]), solved, TURN_CHOSEN).T
+        return np.stack([(ahead + behind) / ARCSEC, pressed], axis=1)
+
+
+def largest_over_turn(estimate: FloatArray, solved: Callable[[IntArray], FloatArray], count: int) -> FloatArray:
+    """Largest value of each quantity over a turn, shape (reducers, quantities).
+
+    ``estimate`` of the quantities at all poses, which close the turn, shape (quantities, reducers, poses). ``solved``
+    gives their values at poses of each reducer, shapes (reducers, some) and (quantities, reducers, some): at the
+    ``count`` poses of the largest estimates, then at both neighbours of the best. The largest value is the vertex of
+    the parabola through these three.
+    """
+    poses = estimate.shape[2]
+    chosen = np.concatenate([_largest(one, count) for one in estimate], axis=1)
+    found = solved(chosen)
+    best = np.argmax(found, axis=2)
+    place = np.take_along_axis(chosen, best.T, axis=1)
+    beside = solved(np.concatenate([place - 1, place + 1], axis=1) % poses)
+    each, here = range(len(found)), np.max(found, axis=2)
+    before, after = (np.stack([beside[i, :, side * len(found) + i] for i in each]) for side in (0, 1))
+    bend = 2.0 * here - before - after
+    vertex = here + (after - before) ** 2 / (8.0 * np.where(bend > 0.0, bend, np.inf))
+    # A neighbour above the best of the chosen is no poorer than the vertex through both would be.
+    largest = np.where(np.maximum(before, after) > here, np.maximum(before, after), vertex)
+    return np.asarray(largest.T)
 
 
 def _largest(values: FloatArray, count: int) -> IntArray:
@@ -171,8 +197,7 @@ class QuantityModel:
                 LostMotionQuantities(stage, crank_locked_backlash(reducer, changes, len(stage.crank_angle) // 2))
             )
         if {"transmission_error_arcsec", "peak_pressure_mpa"} & set(self.wanted):
-            trochoid = reducer.case.drive.trochoid
-            rated = rated_loads(reducer, trochoid.lobes * trochoid.pins)
+            rated = rated_loads(reducer, max(turn, _LEAST_RATED_POSES))
             found.append(RatedLoadQuantities(loaded_stage(reducer, changes, *rated)))
         return tuple(found)
 
