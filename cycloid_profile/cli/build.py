@@ -16,7 +16,7 @@ from cycloid_profile.cli.output._options import (
     protection_of,
     read_with_plugins,
 )
-from cycloid_profile.cli.output._terminal import print_tables, printed_as_json, progress, warn
+from cycloid_profile.cli.output._terminal import print_places, print_tables, printed_as_json, progress, warn
 
 
 def build(
@@ -55,7 +55,7 @@ def build(
     if not printed_as_json(figures, json, protection):
         print_tables(terminal_tables(figures, loads=True))
         if figures["disc_parts"]:
-            print(f"\n{figures['disc_parts']}")
-        print(f"\nwritten to {folder}; open {folder / REPORT}")
+            print_places("", f"{figures['disc_parts']}")
+        print_places("", f"written to {folder}; open {folder / REPORT}")
     warn(*warnings(figures))
     return 1 if record.failures else 0
