@@ -19,11 +19,11 @@ SAME = "same"  # list of words that stay
 _WORD = re.compile(r"[A-Za-z]{2,}")
 _PLACE = re.compile(r"\{(\w*)\}")
 _NUMBER = r"[-+−–±≤≥]{0,2} ?\d[\d.,]*(?:e[-+]?\d+)?"
-_SENTENCES = re.compile(r"(?<=[a-z)\]%′″°\d][.!?]) (?=[\"“]?[A-Z]|[±χ] )")
+_SENTENCES = re.compile(r"(?<=[a-z)\]%′″°\d][.!?]) (?=[\"“]?[A-Z]|[±χ])")
 # Where nothing else is found, a text is cut at the first of these.
 _JOINTS = {
-    ": ": "：", "; ": "；", ", ": "，", " and ": " 和 ", " or ": " 或 ", " · ": " · ", " = ": " = ", " – ": " – ",
-    " → ": " → ", " / ": " / ", " | ": " | ", "\n": "\n",
+    ": ": "：", "; ": "；", ", ": "，", " and ": " 和 ", " or ": " 或 ", " · ": " · ", " – ": " – ",
+    " → ": " → ", " / ": " / ",
 }  # fmt: skip
 _BRACKETS = re.compile(r"(?P<before>.*?)(?P<open> ?[\[(])(?P<inner>[^\[\]()]+)(?P<close>[\])])(?P<after>.*)", re.DOTALL)
 
@@ -151,7 +151,11 @@ class Translations:
 
     def _ways(self, text: str) -> Iterator[Found]:
         """Translations of a text, the most definite first."""
-        flat = " ".join(text.split()) if "\n" in text else text
+        flat = text
+        if "\n" in text:
+            # The lines of a label stay lines; those of a paragraph are none.
+            yield _joined(map(self._find_padded, text.split("\n")), "\n")
+            flat = " ".join(text.split())
         bare, end = (flat[:-1], "。") if flat.endswith(".") and not flat.endswith("..") else (flat, "")
         exact = self._exact.get(bare) or self._exact.get(_key(bare))
         if exact is not None:

@@ -21,11 +21,12 @@ if TYPE_CHECKING:
 
 GAP, NARROW_GAP = 3, 2  # blanks between columns, and where the table does not fit with them
 SHORTEST_TEXT = 24  # cells; only longer ones fold
+SHORTEST_SIGNS = 8  # cells, four signs: less is hard to read
 _BOUND = "\u00a0"  # joins a number to its unit, and a head to its bracket
 # A blank before a unit, a bracket or ±, and those around an equals sign.
 _UNIT = re.compile(r"(?<=[\d–]) (?=(?:[′″°%]|of \d|[^\W\d_]{1,3}(?:[·/][^\s]*)?(?:[\s,;:)]|$)))| (?=[\[±=])|(?<=[±=]) ")
 # Next to a sign of a script without blanks, but not before a closing mark or after an opening one.
-_SIGN = r"[\u3040-\u30ff\u3400-\u9fff，。；：、）”]"
+_SIGN = r"[\u3040-\u30ff\u3400-\u9fff，。；：、（）“”]"
 _BETWEEN_SIGNS = re.compile(
     rf"(?:(?<={_SIGN})|(?={_SIGN}))(?<=[^（“(\[])(?![，。；：、）”)\],.;:%%′″°])".replace("%%", "%")
 )
@@ -97,7 +98,9 @@ def _words(text: str) -> Iterator[tuple[str, str]]:
 
 
 def _narrowest(text: str) -> int:
-    return max(map(cell_len, fold(text, 1)))
+    """Least width of a text: its longest word, and a few of the signs that could stand alone [cells]."""
+    longest = max(map(cell_len, fold(text, 1)))
+    return max(longest, min(cell_len(text), SHORTEST_SIGNS)) if re.search(_SIGN, text) else longest
 
 
 def _limit(cells: Sequence[str], named: bool) -> int:
