@@ -53,7 +53,8 @@ def chinese_font() -> str | None:
                 fontManager.addfont(path)
         found = _first_known()
     if found is None:
-        _log.warning("pictures stay English: no font of this machine has Chinese letters; install Noto Sans CJK")
+        sentence = "pictures stay English: no font of this machine has Chinese letters; install Noto Sans CJK"
+        _log.warning(translated(sentence))
     return found
 
 

@@ -240,6 +240,6 @@ def test_without_a_font_pictures_stay_english_and_one_sentence_says_so(
     _lettering.chinese_font.cache_clear()
     assert not any(CHINESE.search(lettered()) for _ in range(2))
     _lettering.chinese_font.cache_clear()
-    assert [record.getMessage() for record in caplog.records if "no font" in record.getMessage()] == [
-        "pictures stay English: no font of this machine has Chinese letters; install Noto Sans CJK"
+    assert [record.getMessage() for record in caplog.records if "Noto Sans CJK" in record.getMessage()] == [
+        "图片保持英文：本机没有含中文的字体；请安装 Noto Sans CJK"
     ]
