@@ -44,17 +44,18 @@ class Steps:
 
     def text(self, width: int | None = None) -> str:
         """The current step, cut to ``width``, with the seconds to go as far as they are known and not few."""
-        from rich.cells import cell_len, set_cell_size
-
-        step = said(self.step, sys.stderr)
         remaining, passed = self.remaining(), self._clock() - self._begun
         time_shown = ""
         if _TO_GO not in self.step and remaining is not None and remaining >= SHORTEST:
             time_shown = f" ({_duration(remaining)} {_TO_GO})"
         elif _TO_GO not in self.step and passed >= SHORTEST:
             time_shown = f" ({_duration(passed)} so far)"
-        time_shown = said(time_shown, sys.stderr)
-        if width is None or cell_len(step) + cell_len(time_shown) <= width:
+        step, time_shown = said(self.step, sys.stderr), said(time_shown, sys.stderr)
+        if width is None:
+            return step + time_shown
+        from rich.cells import cell_len, set_cell_size
+
+        if cell_len(step) + cell_len(time_shown) <= width:
             return step + time_shown
         return f"{set_cell_size(step, max(width - cell_len(time_shown), 1) - 1)}…" + time_shown
 
