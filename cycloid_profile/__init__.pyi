@@ -11,6 +11,7 @@ from . import effects as effects
 from . import errors as errors
 from . import export as export
 from . import geometry as geometry
+from . import language as language
 from . import measurement as measurement
 from . import modification as modification
 from . import plot as plot

@@ -155,11 +155,12 @@ WRITTEN = [
     for path in sorted((ROOT / folder).rglob("*"))
     if path.suffix in {".md", ".py", ".pyi", ".toml"} and path.name not in {"renamed.md", "test_house.py"}
 ]
-# A key of the JSON output, a note of a recording with its test, and names in the diagnosis.
+# A key of the JSON output, a note of a recording with its translation and test, and names in the diagnosis.
 KNOWN = {
     ("cycloid_profile/correction/json_output.py", "alike"),
     ("cycloid_profile/report/diagnosis/tables.py", "alike"),
     ("cycloid_profile/diagnosis/data/recording.py", "tell"),
+    ("cycloid_profile/language/zh/results.toml", "tell"),
     ("tests/diagnosis/test_dense_scans.py", "tell"),
     ("cycloid_profile/diagnosis/data/noise.py", "beside"),
     ("cycloid_profile/diagnosis/model/exact_model.py", "anew"),

@@ -14,7 +14,7 @@ from cycloid_profile.cli.output._options import (
     protection_of,
     read_with_plugins,
 )
-from cycloid_profile.cli.output._terminal import print_tables, printed_as_json, progress, warn
+from cycloid_profile.cli.output._terminal import print_places, print_tables, printed_as_json, progress, warn
 
 
 def accuracy(
@@ -43,6 +43,6 @@ def accuracy(
     figures = summary(record) | {"picture": str(picture)}
     if not printed_as_json(figures, json, protection):
         print_tables(terminal_tables(figures))
-        print(f"\npicture: {picture}")
+        print_places("", f"picture: {picture}")
     warn(*warnings(figures))
     return 1 if record.failures else 0

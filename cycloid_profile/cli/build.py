@@ -16,7 +16,7 @@ from cycloid_profile.cli.output._options import (
     protection_of,
     read_with_plugins,
 )
-from cycloid_profile.cli.output._terminal import hint, print_tables, printed_as_json, progress, warn
+from cycloid_profile.cli.output._terminal import hint, print_places, print_tables, printed_as_json, progress, warn
 
 
 def build(
@@ -56,7 +56,7 @@ def build(
     if not printed_as_json(figures, json, protection):
         print_tables(terminal_tables(figures, loads=True))
         if figures["disc_parts"]:
-            print(f"\n{figures['disc_parts']}")
-        print(f"\nwritten to {folder}; open {folder / REPORT}")
+            print_places("", figures["disc_parts"])
+        print_places("", f"written to {folder}; open {folder / REPORT}")
     warn(*warnings(figures))
     return 1 if record.failures else 0

@@ -22,7 +22,7 @@ from cycloid_profile.cli.output._options import (
     read_with_plugins,
     require_files,
 )
-from cycloid_profile.cli.output._terminal import print_tables, print_text, printed_as_json, progress
+from cycloid_profile.cli.output._terminal import print_places, print_tables, print_text, printed_as_json, progress
 
 
 def compare(
@@ -67,5 +67,5 @@ def compare(
         for measurement in (one.residual.measurement for one in compared):
             for note in measurement.notes:
                 print_text(f"note: {measurement.name}: {note}")
-        print(f"\npictures: {folder}")
+        print_places("", f"pictures: {folder}")
     return 0

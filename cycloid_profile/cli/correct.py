@@ -23,7 +23,15 @@ from cycloid_profile.cli.output._options import (
     read_with_plugins,
     require_files,
 )
-from cycloid_profile.cli.output._terminal import hint, print_tables, print_text, printed_as_json, progress, warn
+from cycloid_profile.cli.output._terminal import (
+    hint,
+    print_places,
+    print_tables,
+    print_text,
+    printed_as_json,
+    progress,
+    warn,
+)
 from cycloid_profile.spec.model import Format
 
 
@@ -94,7 +102,7 @@ def correct(
     if status and reason is not None:
         warn(reason)
     elif not printed and reason is not None:
-        print(f"{values['name']}: {reason}")
+        print_places(f"{values['name']}: {reason}")
     elif not printed:
         print_tables(correction_tables(values))
         print_text("", *correction_sentences(values), "", f"written: {folder}")

@@ -25,7 +25,7 @@ from cycloid_profile.cli.output._options import (
     read_with_plugins,
     require_files,
 )
-from cycloid_profile.cli.output._terminal import print_tables, print_text, printed_as_json, progress
+from cycloid_profile.cli.output._terminal import print_places, print_tables, print_text, printed_as_json, progress
 
 if TYPE_CHECKING:
     from cycloid_profile.export.writing import Protection
@@ -97,9 +97,9 @@ def diagnose(
     keep_columns([*data, *held_out, *against], columns, quiet)
     if not printed_as_json(written.values, json, protection):
         _print_diagnosis(written.values, wanted.name, (*result.notes, *(changes.notes if changes is not None else ())))
-        print(f"\nreport: {written.report}")
+        print_places("", f"report: {written.report}")
         if written.spec is not None:
-            print(f"spec with the effects: {written.spec}")
+            print_places(f"spec with the effects: {written.spec}")
     return 0
 
 
@@ -107,7 +107,7 @@ def _print_diagnosis(values: Mapping[str, Any], name: str, notes: Sequence[str])
     """Verdict, tables and notes of a diagnosis."""
     from cycloid_profile.report.diagnosis import VERDICTS, change_tables, diagnosis_tables
 
-    print(f"{name}: {VERDICTS[values['verdict']]}\n")
+    print_places(f"{name}: {VERDICTS[values['verdict']]}", "")
     print_tables([*diagnosis_tables(values), *(change_tables(values["against"]) if "against" in values else [])])
     for note in notes:
         print_text(f"note: {note}")
@@ -125,5 +125,5 @@ def _plan_measurements(
         rows = detectability(as_built_reducer(wanted), show_step)
         picture = save_plan_plot(rows, wanted.name, folder, protection)
     print_tables(plan_tables(rows, wanted.name))
-    print(f"\npicture: {picture}")
+    print_places("", f"picture: {picture}")
     return 0

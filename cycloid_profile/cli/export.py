@@ -18,7 +18,7 @@ from cycloid_profile.cli.output._options import (
     protection_of,
     read_with_plugins,
 )
-from cycloid_profile.cli.output._terminal import hint, print_tables, printed_as_json, progress, warn
+from cycloid_profile.cli.output._terminal import hint, print_places, print_tables, printed_as_json, progress, warn
 from cycloid_profile.spec.model import Format
 
 
@@ -69,7 +69,7 @@ def export(
     if not printed_as_json(written, json, protection):
         print_tables([written_files_table(entries, folder)])
         if sentence := disc_parts_sentence(record):
-            print(f"\n{sentence}")
+            print_places("", sentence)
     hint(*ascii_name_notes(wanted, formats), *notes_of(entries), quiet=quiet)
     warn(*skipped.values(), *record.failures)
     return 1 if skipped or record.failures else 0

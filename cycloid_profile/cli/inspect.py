@@ -22,7 +22,7 @@ from cycloid_profile.cli.output._options import (
     read_files,
     read_with_plugins,
 )
-from cycloid_profile.cli.output._terminal import print_tables, print_text, printed_as_json, progress
+from cycloid_profile.cli.output._terminal import print_places, print_tables, print_text, printed_as_json, progress
 
 
 def inspect(
@@ -70,5 +70,5 @@ def inspect(
         print_tables([inspection_table(wanted.name, result)])
         for note in result.scan.notes:
             print_text(f"note: {measured.name}: {note}")
-        print(f"\nwritten: {folder}")
+        print_places("", f"written: {folder}")
     return 0 if result.passed else 1

@@ -16,10 +16,11 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING
 
-from cycloid_profile.cli.output._encoding import fit_streams
+from cycloid_profile.cli.output._encoding import fit_streams, said, said_error
 from cycloid_profile.cli.output._progress import command_words
-from cycloid_profile.cli.output._terminal import with_json_file
+from cycloid_profile.cli.output._terminal import with_json_file, without_language
 from cycloid_profile.errors import CycloidError
+from cycloid_profile.language import ENGLISH, chosen_language, use_language
 
 if TYPE_CHECKING:
     from cyclopts import App
@@ -30,7 +31,9 @@ COMMANDS = (
 )  # fmt: skip
 EPILOGUE = """Example: cycloid-profile new --ratio 11 --outer-diameter 60 --material PLA --out my.toml
 
-Then: cycloid-profile build my.toml --out exports/my"""
+Then: cycloid-profile build my.toml --out exports/my
+
+Language of every command: --language zh, or CYCLOID_PROFILE_LANGUAGE=zh"""
 _SIGNALS = {"SIGINT": "interrupted by the keyboard", "SIGTERM": "asked to end", "SIGHUP": "its terminal was closed"}
 _STANDARD_STREAMS = 3
 _received: list[int] = []
@@ -50,6 +53,10 @@ def application(commands: Sequence[str] = COMMANDS) -> App:
         # The defaults of a switch and of an empty list need not be shown.
         default_parameter=Parameter(negative=(), show_default=False),
     )
+    if chosen_language() != ENGLISH:
+        from cycloid_profile.cli.output._help import TranslatedHelp, translated_paragraphs
+
+        app.help_formatter, app.help_epilogue = TranslatedHelp(), translated_paragraphs(EPILOGUE)
     for command in commands:
         function = getattr(import_module(f"cycloid_profile.cli.{command}"), command)
         app.command(function, help_epilogue="", usage=_usage(command, function))
@@ -87,7 +94,15 @@ def main(tokens: Sequence[str] | None = None) -> None:
 def run(tokens: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit status."""
     fit_streams()
-    given = sys.argv[1:] if tokens is None else list(tokens)
+    given, language = without_language(sys.argv[1:] if tokens is None else tokens)
+    try:
+        with use_language(language):
+            return _run(given)
+    except CycloidError as error:
+        return _refuse(*error.sentences, status=error.exit_code)
+
+
+def _run(given: list[str]) -> int:
     earlier = len(_written())
     try:
         return _answer(given)
@@ -99,13 +114,13 @@ def run(tokens: Sequence[str] | None = None) -> int:
             return _broken_pipe()
         raise
     except CycloidError as error:
-        return _stopped(earlier) if _received else _refuse(*error.sentences, status=error.exit_code)
+        return _stopped(earlier) if _received else _refuse(*said_error(error), status=error.exit_code)
     except MemoryError:
         sentence = "the memory of this machine is too small for this: ask for fewer points, pins or samples"
-        return _refuse(sentence, status=2)
+        return _refuse(said(sentence, sys.stderr), status=2)
     except OSError as error:
         what = "the result cannot be printed" if error.filename is None else f"'{error.filename}' cannot be used"
-        return _refuse(f"{what} ({error.strerror})", status=2)
+        return _refuse(said(f"{what} ({error.strerror})", sys.stderr), status=2)
     except KeyboardInterrupt as error:
         return _stopped(earlier, *error.args[:1])
     except Exception:
@@ -126,7 +141,7 @@ def _answer(given: list[str]) -> int:
             with_json_file(given), exit_on_error=False, print_error=False, result_action="return_value"
         )
     except CycloptsError as error:
-        return _refuse(str(error), status=2)
+        return _refuse(said(str(error), sys.stderr), status=2)
     return status if isinstance(status, int) else 0
 
 
@@ -140,7 +155,7 @@ def _stopped(earlier: int, state: str = "nothing was written, files of earlier r
     number = _received[0] if _received else signal.SIGINT
     if fresh := dict.fromkeys(_written()[earlier:]):
         state = f"the new files in {' and '.join(repr(str(one)) for one in fresh)} are whole"
-    return _refuse(f"{_SIGNALS[signal.Signals(number).name]}: {state}", status=128 + number)
+    return _refuse(said(f"{_SIGNALS[signal.Signals(number).name]}: {state}", sys.stderr), status=128 + number)
 
 
 def _written() -> tuple[Path, ...]:
@@ -174,7 +189,7 @@ def _flushed(status: int) -> int:
         return _broken_pipe()
     except OSError as error:
         _let_go_of_stdout()
-        return _refuse(f"the result cannot be printed ({error.strerror})", status=2)
+        return _refuse(said(f"the result cannot be printed ({error.strerror})", sys.stderr), status=2)
     return status
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from cycloid_profile.cli.output._encoding import ascii_unless_unicode
+from cycloid_profile.cli.output._encoding import ascii_unless_unicode, said
 from cycloid_profile.cli.output._options import Force, Json, Quiet, protection_of, write_spec_file
 from cycloid_profile.cli.output._terminal import print_text, printed_as_json
 
@@ -76,11 +76,11 @@ def _completed(request: DriveRequest) -> DriveRequest:
         answered = getattr(request, name) is not None or (name == "ratio" and request.total_ratio is not None)
         while not answered:
             hint = "" if name == "ratio" else " [Enter: propose]"
-            print(f"{question}{hint}: ", end="", file=sys.stderr, flush=True)
+            print(said(f"{question}{hint}: ", sys.stderr), end="", file=sys.stderr, flush=True)
             answer = sys.stdin.readline()
             try:
                 request = replace(request, **{name: read(answer.strip().replace(",", "."))} if answer.strip() else {})
                 answered = True
             except ValueError:
-                print("Please give a number.", file=sys.stderr)
+                print(said("Please give a number.", sys.stderr), file=sys.stderr)
     return request

@@ -16,7 +16,7 @@ from cycloid_profile.cli.output._options import (
     protection_of,
     read_with_plugins,
 )
-from cycloid_profile.cli.output._terminal import print_tables, printed_as_json, progress
+from cycloid_profile.cli.output._terminal import print_places, print_tables, printed_as_json, progress
 
 if TYPE_CHECKING:
     from cycloid_profile.export.writing import Protection
@@ -83,7 +83,7 @@ def simulate(
     written = {"name": wanted.name, "kind": kind, "file": str(file), "picture": str(picture)}
     if not printed_as_json({"schema": 1, **written, "figures": figures}, json, protection):
         print_tables([key_figure_table(f"{wanted.name}: {title}", figures)])
-        print(f"\nwritten: {file}, picture: {picture}")
+        print_places("", f"written: {file}, picture: {picture}")
     return 0
 
 

@@ -20,7 +20,7 @@ from cycloid_profile.cli.output._options import (
     protection_of,
     read_with_plugins,
 )
-from cycloid_profile.cli.output._terminal import print_tables, print_text, printed_as_json, progress
+from cycloid_profile.cli.output._terminal import print_places, print_tables, print_text, printed_as_json, progress
 
 if TYPE_CHECKING:
     from cycloid_profile.design import ToleranceRecord
@@ -79,7 +79,7 @@ def tolerance(
         report = write_tolerance(record, folder, show_step, protection, pdf)
     if not printed_as_json(to_json(record) | {"report": str(report)}, json, protection):
         _print_summary(record, wanted.name)
-        print(f"\nreport: {report}")
+        print_places("", f"report: {report}")
     return 0
 
 

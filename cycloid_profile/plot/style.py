@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from cycloid_profile.errors import CycloidError
+from cycloid_profile.plot._lettering import translate
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -159,6 +160,7 @@ def _ready(figure: Figure) -> Iterator[None]:
     import matplotlib as mpl
 
     with style(), warnings.catch_warnings():
+        translate(figure)
         # A name in another script shows as boxes in the PNG only; the SVG and the report keep its letters.
         warnings.filterwarnings("ignore", message="Glyph .* missing from font")
         engine = figure.get_layout_engine()

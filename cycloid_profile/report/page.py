@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import json
 import re
 from collections.abc import Mapping, Sequence
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from cycloid_profile._display import FigureRow, figure_text, is_number
 from cycloid_profile.articles import PlainTable
+from cycloid_profile.language import ENGLISH, chosen_language, translated
 from cycloid_profile.report.terms import explained
 from cycloid_profile.units import ARCMIN, UM
 
@@ -19,6 +21,8 @@ if TYPE_CHECKING:
 REPORT = "report.html"
 PLOTS = "plots"
 _LONG, _SHORT = 24, 12  # characters of cells that fold, and that never do
+# Text between tags, and what is none: pictures, style, links to files, tags.
+_TEXT = re.compile(r"<(?P<kept>svg|style|a)\b.*?</(?P=kept)>|<[^>]*>|(?P<text>[^<]*[^<\s][^<]*)", re.DOTALL)
 ARM = 100.0  # mm, an arm on the output at whose end an angle is shown as a length
 
 
@@ -63,8 +67,29 @@ def render(
     drawn = {f"{one.stem}.{ending}" for one in pictures for ending in ("png", "svg")} & set(written)
     files = [(file, notes.get(file, "")) for file in (*written, *also) if file not in drawn]
     text = _environment().get_template(template)
-    body, terms = explained(text.render(name=name, pictures=pictures, drawn=drawn, files=files, **values))
-    return _environment().get_template("page.html.j2").render(name=name, title=title, body=body, terms=terms)
+    page = translated_page(text.render(name=name, pictures=pictures, drawn=drawn, files=files, **values))
+    body, terms = explained(page)
+    return (
+        _environment()
+        .get_template("page.html.j2")
+        .render(
+            name=name,
+            title=translated(title),
+            body=body,
+            terms=terms,
+            language=chosen_language(),
+            heading=translated("Terms"),
+        )
+    )
+
+
+def translated_page(page: str) -> str:
+    """HTML text in the chosen language; pictures and tags stay as they are."""
+    if chosen_language() == ENGLISH:
+        return page
+    return _TEXT.sub(
+        lambda text: html.escape(translated(html.unescape(text[0])), quote=False) if text["text"] else text[0], page
+    )
 
 
 def write_report(folder: Path, file: str, html: str, pdf: bool = False) -> None:

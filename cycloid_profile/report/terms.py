@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import re
+from functools import cache
 from typing import NamedTuple
+
+from cycloid_profile.language import ENGLISH, chosen_language, translated
 
 
 class Term(NamedTuple):
@@ -117,13 +120,17 @@ TERMS = (
     Term("allocation", "the cheapest tolerances that reach a yield", "(?i:allocation)"),
 )
 
-_FOUND = re.compile(r"(?<!\w)(?:" + "|".join(f"(?P<t{i}>{one.pattern})" for i, one in enumerate(TERMS)) + r")(?!\w)")
+# Texts of other scripts have no blanks between words: only a letter of the alphabet makes a pattern part of a word.
+_LETTER = r"[A-Za-z0-9_]"
 # Text of these elements is left as it is, the verdict among them, and so is every tag.
 _KEPT = re.compile(r"(<(?P<kept>svg|style|title|h1|strong|a|abbr|code)\b.*?</(?P=kept)>|<[^>]*>)", re.DOTALL)
 
 
 def explained(page: str) -> tuple[str, list[Term]]:
-    """A page with each term marked where a section first uses it, and the terms found, in the order of ``TERMS``."""
+    """A page in the chosen language with each term marked where a section first uses it, and the terms found, in the
+    order of ``TERMS``.
+    """
+    terms, pattern = _terms_of(chosen_language())
     used: set[int] = set()
     fresh: set[int] = set()
 
@@ -133,13 +140,29 @@ def explained(page: str) -> tuple[str, list[Term]]:
             return match[0]
         fresh.add(number)
         used.add(number)
-        return f'<abbr title="{TERMS[number].meaning}">{match[0]}</abbr>'
+        return f'<abbr title="{terms[number].meaning}">{match[0]}</abbr>'
 
     parts, at = [], 0
     for kept in _KEPT.finditer(page):
-        parts += [_FOUND.sub(marked, page[at : kept.start()]), kept[0]]
+        parts += [pattern.sub(marked, page[at : kept.start()]), kept[0]]
         at = kept.end()
         if kept[0].startswith("<h2"):
             fresh.clear()
-    parts.append(_FOUND.sub(marked, page[at:]))
-    return "".join(parts), [TERMS[i] for i in sorted(used)]
+    parts.append(pattern.sub(marked, page[at:]))
+    return "".join(parts), [terms[i] for i in sorted(used)]
+
+
+@cache
+def _terms_of(language: str) -> tuple[tuple[Term, ...], re.Pattern[str]]:
+    """The terms in the chosen ``language``, and the pattern that finds them."""
+    if language == ENGLISH:
+        groups = "|".join(f"(?P<t{i}>{one.pattern})" for i, one in enumerate(TERMS))
+        return TERMS, re.compile(rf"(?<!\w)(?:{groups})(?!\w)")
+    terms = tuple(Term(translated(one.name), translated(one.meaning), _pattern(one)) for one in TERMS)
+    return terms, re.compile("|".join(f"(?P<t{i}>{one.pattern})" for i, one in enumerate(terms)))
+
+
+def _pattern(term: Term) -> str:
+    """Words of a translated name, and the symbols and keys of the English pattern."""
+    words = [re.escape(word) for word in translated(term.name).split("、") if not word.isascii()]
+    return "|".join([*words, f"(?<!{_LETTER})(?:{term.pattern})(?!{_LETTER})"])

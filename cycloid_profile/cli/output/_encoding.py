@@ -1,4 +1,4 @@
-"""Signs that the encoding of the output lacks are printed as words: ′ as arcmin, µ as u, ≤ as <=."""
+"""Texts in the chosen language, with words for the signs that the encoding of the output lacks: ′ as arcmin."""
 
 from __future__ import annotations
 
@@ -7,6 +7,9 @@ import sys
 import unicodedata
 from io import TextIOWrapper
 from typing import TextIO
+
+from cycloid_profile.errors import CycloidError
+from cycloid_profile.language import error_sentences, translated
 
 FALLBACK = "cycloid-profile-words"  # name of the error handler
 # Unit signs that follow a number without a space; as words they need one.
@@ -34,6 +37,13 @@ def printable(text: str, stream: TextIO | None = None) -> str:
     return text.encode(encoding, FALLBACK).decode(encoding)
 
 
+def has_letters(text: str, stream: TextIO | None = None) -> bool:
+    """Whether ``stream``, default standard output, encodes the letters of a script without small and large ones."""
+    encoding = getattr(sys.stdout if stream is None else stream, "encoding", None) or "utf-8"
+    letters = "".join(sign for sign in text if unicodedata.category(sign) == "Lo")
+    return "?" not in letters.encode(encoding, "replace").decode(encoding)
+
+
 def ascii_unless_unicode(text: str) -> str:
     """Text for a file that is read as UTF-8: plain ASCII where standard output is not UTF-8."""
     return text if encodes_unicode() else text.encode("ascii", FALLBACK).decode("ascii")
@@ -42,6 +52,21 @@ def ascii_unless_unicode(text: str) -> str:
 def encodes_unicode() -> bool:
     """Whether standard output takes every sign."""
     return codecs.lookup(getattr(sys.stdout, "encoding", None) or "utf-8").name.startswith("utf")
+
+
+def said(sentence: str, stream: TextIO | None = None) -> str:
+    """The sentence in the chosen language, or as it is where ``stream``, default standard output, lacks its letters."""
+    return _encoded(sentence, translated(sentence), stream)
+
+
+def said_error(error: CycloidError) -> list[str]:
+    """Sentences of an error for standard error, as ``said``."""
+    pairs = zip(error.sentences, error_sentences(error), strict=True)
+    return [_encoded(sentence, shown, sys.stderr) for sentence, shown in pairs]
+
+
+def _encoded(sentence: str, shown: str, stream: TextIO | None) -> str:
+    return shown if shown == sentence or has_letters(shown, stream) else sentence
 
 
 def _words(error: UnicodeError) -> tuple[str, int]:

@@ -6,12 +6,15 @@ import hashlib
 import json
 import os
 import re
+import sys
 import tempfile
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from contextvars import ContextVar
 from pathlib import Path
+
+from cycloid_profile.cli.output._encoding import said
 
 SHORTEST = 3.0  # s; below, no time is shown
 _MOST_COMMANDS = 200  # whose durations are kept
@@ -47,8 +50,14 @@ class Steps:
             time_shown = f" ({_duration(remaining)} {_TO_GO})"
         elif _TO_GO not in self.step and passed >= SHORTEST:
             time_shown = f" ({_duration(passed)} so far)"
-        room = len(self.step) if width is None else max(width - len(time_shown), 1)
-        return (self.step if len(self.step) <= room else f"{self.step[: room - 1]}…") + time_shown
+        step, time_shown = said(self.step, sys.stderr), said(time_shown, sys.stderr)
+        if width is None:
+            return step + time_shown
+        from rich.cells import cell_len, set_cell_size
+
+        if cell_len(step) + cell_len(time_shown) <= width:
+            return step + time_shown
+        return f"{set_cell_size(step, max(width - cell_len(time_shown), 1) - 1)}…" + time_shown
 
     def remaining(self) -> float | None:
         """Seconds to the end as the same command took before, else to the end of a counted step; None if unknown."""

@@ -7,7 +7,7 @@ names repeated, and last it prints a block for each row.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
 from typing import TYPE_CHECKING
@@ -21,9 +21,15 @@ if TYPE_CHECKING:
 
 GAP, NARROW_GAP = 3, 2  # blanks between columns, and where the table does not fit with them
 SHORTEST_TEXT = 24  # cells; only longer ones fold
+SHORTEST_SIGNS = 8  # cells, four signs: less is hard to read
 _BOUND = "\u00a0"  # joins a number to its unit, and a head to its bracket
 # A blank before a unit, a bracket or ±, and those around an equals sign.
 _UNIT = re.compile(r"(?<=[\d–]) (?=(?:[′″°%]|of \d|[^\W\d_]{1,3}(?:[·/][^\s]*)?(?:[\s,;:)]|$)))| (?=[\[±=])|(?<=[±=]) ")
+# Next to a sign of a script without blanks, but not before a closing mark or after an opening one.
+_SIGN = r"[\u3040-\u30ff\u3400-\u9fff，。；：、（）“”]"
+_BETWEEN_SIGNS = re.compile(
+    rf"(?:(?<={_SIGN})|(?={_SIGN}))(?<=[^（“(\[])(?![，。；：、）”)\],.;:%%′″°])".replace("%%", "%")
+)
 
 
 @dataclass(frozen=True)
@@ -70,10 +76,12 @@ def table_lines(table: PlainTable, width: int | None) -> list[str]:
 
 
 def fold(text: str, width: int) -> tuple[str, ...]:
-    """The text in lines of at most ``width`` cells, broken at blanks; a number keeps its unit, a word stays whole."""
+    """The text in lines of at most ``width`` cells, broken at blanks and between Chinese signs; a number keeps its
+    unit, a word stays whole.
+    """
     lines = [""]
-    for word in _UNIT.sub(_BOUND, text).split(" "):
-        longer = f"{lines[-1]} {word}" if lines[-1] else word
+    for blank, word in _words(_UNIT.sub(_BOUND, text)):
+        longer = f"{lines[-1]}{blank}{word}" if lines[-1] else word
         if cell_len(longer) <= width or not lines[-1]:
             lines[-1] = longer
         else:
@@ -81,8 +89,18 @@ def fold(text: str, width: int) -> tuple[str, ...]:
     return tuple(line.replace(_BOUND, " ") for line in lines)
 
 
+def _words(text: str) -> Iterator[tuple[str, str]]:
+    """What a line may begin with, and the blank that stands before it in a line."""
+    for number, word in enumerate(text.split(" ")):
+        first, *following = _BETWEEN_SIGNS.split(word)
+        yield " " if number else "", first
+        yield from (("", sign) for sign in following)
+
+
 def _narrowest(text: str) -> int:
-    return max(map(cell_len, fold(text, 1)))
+    """Least width of a text: its longest word, and a few of the signs that could stand alone [cells]."""
+    longest = max(map(cell_len, fold(text, 1)))
+    return max(longest, min(cell_len(text), SHORTEST_SIGNS)) if re.search(_SIGN, text) else longest
 
 
 def _limit(cells: Sequence[str], named: bool) -> int:

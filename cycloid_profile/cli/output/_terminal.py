@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import sys
 import threading
@@ -12,6 +13,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from cycloid_profile.cli.output._encoding import encodes_unicode, printable, said
+from cycloid_profile.language import ENGLISH, VARIABLE
 from cycloid_profile.resources import resource_limits
 
 if TYPE_CHECKING:
@@ -111,6 +114,21 @@ def with_json_file(tokens: Sequence[str]) -> list[str]:
     return words
 
 
+def without_language(tokens: Sequence[str]) -> tuple[list[str], str]:
+    """The words of a command line without ``--language CODE``, and the code; else that of the environment."""
+    words, rest = list[str](), list(tokens)
+    code = os.environ.get(VARIABLE, "") or ENGLISH
+    while rest:
+        word = rest.pop(0)
+        if word == "--language":
+            code = rest.pop(0) if rest else ""
+        elif word.startswith("--language="):
+            code = word.removeprefix("--language=")
+        else:
+            words.append(word)
+    return words, code
+
+
 def printed_as_json(value: dict[str, Any], file: Path | None, protection: Protection) -> bool:
     """Print or write the result as ``--json`` asks; True where it was printed and tables are not wanted.
 
@@ -131,8 +149,6 @@ def print_json(value: dict[str, Any]) -> None:
     """One JSON object on stdout."""
     import json
 
-    from cycloid_profile.cli.output._encoding import encodes_unicode
-
     print(json.dumps(value, indent=1, ensure_ascii=not encodes_unicode(), allow_nan=False))
 
 
@@ -143,7 +159,6 @@ def terminal_width() -> int | None:
 
 def print_tables(tables: Iterable[PlainTable]) -> None:
     """Tables on stdout, a blank line between them, in the width of the terminal."""
-    from cycloid_profile.cli.output._encoding import printable
     from cycloid_profile.cli.output._tables import table_lines
 
     width = terminal_width()
@@ -151,11 +166,11 @@ def print_tables(tables: Iterable[PlainTable]) -> None:
         if number:
             print()
         print_text(table.title)
-        # In the signs of the terminal first: their words are longer.
+        # In the language and the signs of the terminal first: their words are longer.
         plain = replace(
             table,
-            head=tuple(map(printable, table.head)),
-            rows=tuple(tuple(map(printable, row)) for row in table.rows),
+            head=tuple(printable(said(cell)) for cell in table.head),
+            rows=tuple(tuple(printable(said(cell)) for cell in row) for row in table.rows),
         )
         print(*table_lines(plain, width), sep="\n")
         if table.note:
@@ -164,11 +179,10 @@ def print_tables(tables: Iterable[PlainTable]) -> None:
 
 def print_text(*sentences: str) -> None:
     """Sentences on stdout, each on lines of its own, folded at blanks in a terminal."""
-    from cycloid_profile.cli.output._encoding import printable
     from cycloid_profile.cli.output._tables import fold
 
     width = terminal_width()
-    for sentence in sentences:
+    for sentence in map(said, sentences):
         print(*([sentence] if width is None else fold(printable(sentence), width)), sep="\n")
 
 
@@ -178,7 +192,13 @@ def hint(*sentences: str, quiet: bool) -> None:
         warn(*sentences)
 
 
+def print_places(*sentences: str) -> None:
+    """Sentences with names of files on stdout, each on one line, so that a name stays whole."""
+    for sentence in sentences:
+        print(said(sentence))
+
+
 def warn(*sentences: str) -> None:
     """Sentences on stderr."""
     for sentence in sentences:
-        print(f"cycloid-profile: {sentence}", file=sys.stderr)
+        print(f"cycloid-profile: {said(sentence, sys.stderr)}", file=sys.stderr)
