@@ -94,7 +94,7 @@ def test_extremes_at_rated_load_are_those_of_many_poses(name, reducers, request)
     assert np.mean(error) == pytest.approx(np.mean(np.ptp(rotation, axis=1) / ARCSEC), rel=0.005)
 
 
-def test_largest_over_a_turn_is_the_vertex_beside_the_best_estimate():
+def test_largest_over_a_turn_is_the_vertex_near_the_best_estimate():
     """Parabolas with their tops between poses: the estimate names the pose, its neighbours give the top."""
     poses, top = 50, np.array([[3.3], [49.4]])
     away = (np.arange(poses) - top + poses / 2) % poses - poses / 2

@@ -75,7 +75,9 @@ class Whitened:
     def columns(self, candidates: Sequence[Candidate]) -> FloatArray:
         """Columns of all coordinates per prior width, two for each candidate; the second is zero for one coordinate."""
         n = 2 * len(candidates)
-        return np.concatenate([one.white(one.residuals.columns(candidates).reshape(-1, n)) for one in self._files])
+        return np.concatenate(
+            [one.white(one.residuals.columns(candidates).reshape(one.chosen.size, n)) for one in self._files]
+        )
 
     def white(self, values: Values) -> Values:
         """Whitened values of the chosen rows, from values of all rows."""

@@ -153,9 +153,9 @@ def largest_over_turn(estimate: FloatArray, solved: Callable[[IntArray], FloatAr
     found = solved(chosen)
     best = np.argmax(found, axis=2)
     place = np.take_along_axis(chosen, best.T, axis=1)
-    next to = solved(np.concatenate([place - 1, place + 1], axis=1) % poses)
+    adjacent = solved(np.concatenate([place - 1, place + 1], axis=1) % poses)
     each, here = range(len(found)), np.max(found, axis=2)
-    before, after = (np.stack([next to[i, :, side * len(found) + i] for i in each]) for side in (0, 1))
+    before, after = (np.stack([adjacent[i, :, side * len(found) + i] for i in each]) for side in (0, 1))
     bend = 2.0 * here - before - after
     vertex = here + (after - before) ** 2 / (8.0 * np.where(bend > 0.0, bend, np.inf))
     # A neighbour above the best of the chosen is no poorer than the vertex through both would be.
