@@ -35,6 +35,7 @@ from cycloid_profile.effects import (
     EquidistantError,
     NonlinearSeriesCompliance,
     SeriesCompliance,
+    ToothFormError,
     ViscoelasticCreep,
 )
 from cycloid_profile.measurement import Measurement
@@ -179,6 +180,23 @@ def test_regrinding_changes_one_amount(reground: Comparison) -> None:
     before, without, after = reground.files[0].rms
     assert after == pytest.approx(before, rel=0.1)
     assert without > 5.0 * after
+
+
+def test_a_form_without_a_name_is_no_change() -> None:
+    """The library has no steep form of one flank: as large as the change, it cancels in the difference."""
+    form = ToothFormError(disc=1, amplitude_um=2.5, waves=3, flank=1)
+    files = [
+        measured(
+            RV40E, [form, EquidistantError(disc=1, amount_um=amount)], "profile_scan", noise=0.3, points=900, seed=seed
+        )
+        for amount, seed in ((1.0, 1), (4.0, 2))
+    ]
+    reducer = as_built_reducer(parse_spec(RV40E))
+    (change,) = compare_diagnoses(*(diagnose(reducer, [one]) for one in files)).changes
+    assert change.candidate.name == "equidistant_error"
+    (row,) = change.parameters
+    assert abs(row.change - 3.0) < 1.96 * row.uncertainty
+    assert row.uncertainty < 0.05
 
 
 def test_json_holds_every_parameter(reground: Comparison) -> None:

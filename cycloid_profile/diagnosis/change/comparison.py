@@ -31,6 +31,7 @@ from cycloid_profile.effects import EffectLocation
 from cycloid_profile.measurement import PROFILE_SCAN
 
 SIGNIFICANT = 3.0  # standard deviations: smaller changes are reported as none
+_LEFT = 1.2  # variance that the best set leaves, in units of the noise: more is a form without a name
 _SAME = 1e-3  # of torque and angle: files with keys this close were measured in the same way
 
 
@@ -80,6 +81,10 @@ def compare_diagnoses(
     library = [*amounts, *(one.change for one in amounts)]
     gain = largest_gain(normal_equations(model.baseline.blocks, library))
     found = search_effects(model, library, gain, progress, _starts(*named))
+    if _excess(found) > _LEFT and not model.only_loops:
+        # A form that no effect has would pass for one that changed. Loops have an error of their path already.
+        best = found.best
+        found = search_effects(_with_unnamed_error(found), library, gain, progress, [(best.members, best.u)])
     every = _amounts(found, progress)
     changed = [one for one in found.best.members if one.is_change]
     changes = [one for one in every if one.significance >= SIGNIFICANT and one.candidate.change in changed]
@@ -169,6 +174,18 @@ def _starts(
             found.append((common, np.concatenate(u)))
             found.append(([*common, *(one.change for one in common)], np.concatenate([*u, *rise])))
     return found
+
+
+def _with_unnamed_error(found: SearchResult) -> ExactModel:
+    """The model with a smooth error of any form, as large as what the best set leaves, in both files of a pair."""
+    size: dict[int | None, float] = {}
+    for one in found.model.at(found.best).residuals:
+        left = fitted_rms(one, np.ones(one.residual.size, dtype=bool))
+        size[one.recording.pair] = max(left, size.get(one.recording.pair, 0.0))
+    shared = [
+        one.under(replace(one.recording, unnamed=size[one.recording.pair])) for one in found.model.baseline.residuals
+    ]
+    return found.model.with_recordings([one.recording for one in shared], shared)
 
 
 def _amounts(found: SearchResult, progress: Callable[[str], None]) -> list[AmountChange]:

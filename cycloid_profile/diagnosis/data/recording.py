@@ -64,6 +64,7 @@ class Recording:
     number of lobes that a scan shows. ``drift``: standard deviation of a drift, from the middle to either end of a
     curve, in the unit of the column; 0 if the rows show none. ``later``: measured after changes of the specimen.
     ``pair``: number shared with the file of the other time that was measured in the same way; None without one.
+    ``unnamed``: size of a smooth error of any form that both have in common, in the unit of the column.
     """
 
     measurement: Measurement
@@ -78,6 +79,7 @@ class Recording:
     drift: float = 0.0
     later: bool = False
     pair: int | None = None
+    unnamed: float = 0.0
 
     @property
     def kind(self) -> MeasurementKind:

@@ -17,7 +17,7 @@ from cycloid_profile.diagnosis.data.recording import FRICTION_MARGIN, NEAR_ZERO,
 from cycloid_profile.diagnosis.model.priors import priors_of
 from cycloid_profile.effects import AsBuiltReducer, loop_branches
 from cycloid_profile.errors import CycloidError
-from cycloid_profile.geometry import Trochoid
+from cycloid_profile.geometry import EqualArc, Trochoid
 from cycloid_profile.measurement import HYSTERESIS, PROFILE_SCAN
 from cycloid_profile.rig import LinearisedCurve
 from cycloid_profile.units import NEWTON_METRE
@@ -26,6 +26,8 @@ _NEAR, _FAR = 1.0, 4.0  # pin pitches over which the coupling of neighbouring pi
 _STICKS = (0.5, 1.0)  # of the torque over which friction sticks after a reversal: others slip at once, or sooner
 _WHOLE_LOOP = 2.0  # of the largest torque
 _MULTIPLES = 6  # of lobes and pins: amplitudes fall with the harmonic
+_PER_LOBE = 24  # knots of a smooth error of a scan: four waves a lobe
+_LOW_ORDERS = 12  # of a smooth error of a turn
 
 
 def load_error(reducer: AsBuiltReducer, curve: LinearisedCurve, recording: Recording) -> FloatArray:
@@ -133,6 +135,29 @@ def mesh_orders(trochoid: Trochoid) -> FloatArray:
     multiples = np.arange(1.0, _MULTIPLES + 1.0)
     mesh = float(trochoid.lobes * trochoid.pins)
     return np.unique([*(trochoid.lobes * multiples), *(trochoid.pins * multiples), mesh])
+
+
+def smooth_columns(
+    reducer: AsBuiltReducer, recording: Recording, position: FloatArray, lobe: FloatArray, phase: FloatArray
+) -> FloatArray:
+    """Columns of an error of any smooth form, each of size 1, shape (rows, columns).
+
+    Of a scan: a form over the ``phase`` of the lobe that varies slowly round the disc, and an offset of each lobe. Of a
+    turn: low orders and those of the mesh.
+    """
+    trochoid = reducer.case.drive.trochoid
+    if recording.kind is PROFILE_SCAN:
+        # Equal arcs, as machines measure: the phase runs slowly where a form may be steep.
+        knots = np.sort(np.mod(EqualArc(_PER_LOBE).phases(reducer.case.profile), 2.0 * np.pi))
+        past = np.mod(phase - knots[0], 2.0 * np.pi)
+        along = np.interp(past, [*(knots - knots[0]), 2.0 * np.pi], np.arange(_PER_LOBE + 1.0))
+        form = hat_functions(along, _PER_LOBE, periodic=True)
+        turn = position / trochoid.lobes
+        slow = np.hstack([np.ones((turn.size, 1)), _waves([turn, 2.0 * turn])])
+        offsets = lobe[:, np.newaxis] == np.arange(trochoid.lobes)
+        return np.hstack([(form[:, :, np.newaxis] * slow[:, np.newaxis]).reshape(turn.size, -1), offsets])
+    angle = np.outer(position, np.unique([*np.arange(1.0, _LOW_ORDERS + 1.0), *mesh_orders(trochoid)]))
+    return _waves([*angle.T])
 
 
 def form_error(

@@ -135,6 +135,11 @@ class Candidate:
         return IMPLAUSIBLE * self.width
 
     @property
+    def title(self) -> str:
+        """Name, said to be a change where it is one."""
+        return f"change of {self.name}" if self.is_change else self.name
+
+    @property
     def label(self) -> str:
         """Name with the choice of parts."""
         parts = ", ".join(

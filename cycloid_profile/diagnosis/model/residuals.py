@@ -18,6 +18,7 @@ from cycloid_profile.diagnosis.model._model_error import (
     order_error,
     path_error,
     row_error,
+    smooth_columns,
 )
 from cycloid_profile.diagnosis.model.candidate import Candidate
 from cycloid_profile.diagnosis.model.flank_grid import FlankGrid
@@ -130,6 +131,16 @@ class Residuals:
             response = np.einsum("rmc,mc->r", self.columns(changed)[:, changes], u.reshape(-1, 2)[changes])
             size = float(np.max(np.abs(response), initial=0.0))
         return branch_error(self.reducer, self.first_order, self.recording, peak, size)
+
+    @property
+    def unnamed_error(self) -> FloatArray:
+        """Smooth error of any form that two measurements of one specimen share, shape (rows, columns)."""
+        size = self.recording.unnamed
+        if self.recording.kind is HYSTERESIS or not size:
+            return np.zeros((self.residual.size, 0))
+        scan = self.recording.kind is PROFILE_SCAN
+        lobe, phase = (self.lobe, self.phase) if scan else (self.position, self.position)
+        return size * smooth_columns(self.reducer, self.recording, self.position, lobe, phase)
 
     @cached_property
     def row_error(self) -> FloatArray:

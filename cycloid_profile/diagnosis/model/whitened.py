@@ -68,6 +68,7 @@ class Whitened:
             peak = max(one.residuals.recording.peak_torque_nm for one in files)
             shared += [[one.residuals.branch_error(peak) for one in files]]
             shared += [[one.residuals.branch_error(peak, members, u) for one in files]]
+            shared += [[one.residuals.unnamed_error for one in files]]
         rows = _diagonal([one.white(one.residuals.row_error) for one in files])
         white = [[one.white(columns) for one, columns in zip(files, some, strict=True)] for some in shared]
         return [rows, *(_stacked(some) for some in white)]

@@ -226,7 +226,7 @@ class _Stage:
                 self.limited = True
                 break
             done.add(fresh[0].key)
-            names = " + ".join(sorted(member.name for member in fresh[0].optimum.members)) or "no effect"
+            names = " + ".join(sorted(member.title for member in fresh[0].optimum.members)) or "no effect"
             self.progress(f"neighbours of {names} ({len(done)} of at most {most})")
             self.fit(self._neighbours(fresh[0]))
 
@@ -286,7 +286,8 @@ class _Stage:
     def _linear_and_finite(self, model: ExactModel, fit: Fit) -> list[Proposal]:
         """Sets that linear equations propose about an optimum, and about no effect those of finite size."""
         equations = equations_about(model, self.library, fit.optimum)
-        found = linear_proposals(equations, self.library, fit.optimum, fit.offsets, anchored=model.only_loops)
+        anchored = model.only_loops or model.is_comparison
+        found = linear_proposals(equations, self.library, fit.optimum, fit.offsets, anchored)
         if fit.optimum.members:
             return found
         starts = second_order(model, self.library, equations)
