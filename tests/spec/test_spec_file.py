@@ -138,6 +138,7 @@ def test_schema_accepts_what_the_reader_accepts_and_refuses_what_it_refuses() ->
         ("[drive]\n", "[[effects]]\nname = ['disc_runout']\n[drive]\n", "effects[1].name",
          "['disc_runout']", "did you mean disc_runout?"),
         ('name = "RV-40E"', 'name = "a\\u0001b"', "name", '"a\\u0001b"', "one line of at most 80"),
+        ('name = "RV-40E"', 'name = "a\\uffffb"', "name", '"a\uffffb"', "one line of at most 80"),
         ('name = "RV-40E"', 'name = "' + 90 * "a" + '"', "name", '"' + 59 * "a" + "…", "one line of at most 80"),
         ("= 412.0", "= 1" + 400 * "0", "load.rated_torque_nm", "1" + 59 * "0" + "…", ""),
     ],

@@ -203,6 +203,8 @@ def _amounts(found: SearchResult, progress: Callable[[str], None]) -> list[Amoun
         used = np.array([2 * k + c for k, i in enumerate(where) if i is not None for c in range(2)])
         rows = np.array([2 * i + c for i in where if i is not None for c in range(2)])
         x[used] = u[rows] * one.width
+        if one.one_sided:
+            x[2] = max(x[2], -x[0])
         full[np.ix_(used, used)] = scale * covariance[np.ix_(rows, rows)] * one.width**2
         if not found.model.only_scans:
             # What changed may respond in another form than the library's. A scan shows the size itself.

@@ -137,7 +137,7 @@ class Candidate:
     @property
     def title(self) -> str:
         """Name, said to be a change where it is one."""
-        return f"change of {self.name}" if self.is_change else self.name
+        return f"{self.name} (change)" if self.is_change else self.name
 
     @property
     def label(self) -> str:

@@ -152,15 +152,13 @@ class ExactModel:
         pairs = u.reshape(-1, 2)
         if np.any(np.hypot(pairs[:, 0], pairs[:, 1]) > farthest):
             return None
-        before: dict[Candidate, FloatArray] = {}
-        after: dict[Candidate, FloatArray] = {}
+        before = {one: x for one, x in zip(members, pairs, strict=True) if not one.is_change}
+        after = dict(before)
         for candidate, x in zip(members, pairs, strict=True):
-            one = candidate.amount
-            if candidate.is_change and one in after and one.one_sided:
-                x = np.maximum(x, _VANISHED - after[one])
-            after[one] = after.get(one, 0.0) + x
-            if not candidate.is_change:
-                before[one] = x
+            if candidate.is_change:
+                one = candidate.amount
+                least = _VANISHED if one in before and one.one_sided else -np.inf
+                after[one] = np.maximum(before.get(one, 0.0) + x, least)
         earlier = self._with_amounts(before)
         later = earlier if len(before) == len(members) else self._with_amounts(after)
         return None if earlier is None or later is None else (earlier, later)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator
 
 import numpy as np
@@ -29,9 +30,8 @@ def of_finite_size(
     found = sorted(_responses(model, _of_each_variety(library, equations), offsets), key=lambda one: -one[0])
     names = list(dict.fromkeys(one.members[0].name for _, one in found))[: tuned.BEAM]
     known = {one.members[0] for _, one in found}
-    places = [
-        library.candidates[i] for name in names for i in library.of_name(name) if len(library.of_name(name)) <= _FEW
-    ]
+    count = Counter(one.variety[:2] for one in library.candidates)
+    places = [one for one in library.candidates if one.name in names and count[one.variety[:2]] <= _FEW]
     more = ((one, np.array([1.0, 0.0])) for one in places if one not in known and one.angle is None)
     found = sorted([*found, *_responses(model, more, offsets)], key=lambda one: -one[0])
     return [proposal for _, proposal in found[: tuned.FINITE]]

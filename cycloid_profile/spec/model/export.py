@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from msgspec import Meta
 
-from cycloid_profile.spec.model.checks._table import SIZE, Table, key
+from cycloid_profile.spec.model.checks._table import PRINTABLE, SIZE, Table, key
 from cycloid_profile.spec.model.points import FormWheelSpec, PointsSpec
 from cycloid_profile.units import UM
 
@@ -16,7 +16,7 @@ Spacing = Literal["chord-error", "equal-arc", "equal-normal-angle"]
 EqualSpacing = Literal["equal-arc", "equal-normal-angle"]
 
 FEED: dict[str, Any] = {"ge": 1e-3, "le": 1e6}
-_TEXT = {"max_length": 60, "pattern": r"^[^\x00-\x1f\x7f]*$"}
+_TEXT = {"max_length": 60, "pattern": PRINTABLE}
 
 
 def _text(description: str, remedy: str = "give a short text") -> Meta:
@@ -181,9 +181,9 @@ class DrawingSpec(Table, frozen=True):
     """Fields, tolerances and notes of the drawing."""
 
     number: Annotated[str, _text("Number of the drawing.")] = ""
-    revision: Annotated[
-        str, key("Revision of the drawing.", "give a short text", max_length=10, pattern=_TEXT["pattern"])
-    ] = "0"
+    revision: Annotated[str, key("Revision of the drawing.", "give a short text", max_length=10, pattern=PRINTABLE)] = (
+        "0"
+    )
     drawn_by: Annotated[str, _text("Who has drawn it.")] = ""
     date: Annotated[
         str, _text("Date field; empty unless given, so that files are reproducible.", "give a date as text")

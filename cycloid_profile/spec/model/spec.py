@@ -10,7 +10,7 @@ import msgspec
 from cycloid_profile._display import Described
 from cycloid_profile.errors import SpecError
 from cycloid_profile.spec.model.checks._suggestions import shown
-from cycloid_profile.spec.model.checks._table import Table, key
+from cycloid_profile.spec.model.checks._table import PRINTABLE, Table, key
 from cycloid_profile.spec.model.checks._validation import validated
 from cycloid_profile.spec.model.drive import DiscSpec, DriveSpec
 from cycloid_profile.spec.model.effects import EmpiricalSpec, is_effect_name, remedy_of_unknown_effect
@@ -27,7 +27,7 @@ class Spec(Described, Table, frozen=True, kw_only=True):
 
     name: Annotated[
         str,
-        key("Name shown in pictures and reports.", "give a short name", max_length=80, pattern=r"^[^\x00-\x1f\x7f]*$"),
+        key("Name shown in pictures and reports.", "give a short name", max_length=80, pattern=PRINTABLE),
     ] = "cycloidal drive"
     quality: (
         Annotated[

@@ -42,6 +42,10 @@ class Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
             raise AttributeError(f"{type(self).__name__}.{name} does not exist: {remedy}", name=name, obj=self)
 
 
+# What every reader of every export takes: no control characters, and none that XML refuses.
+PRINTABLE = r"^[^\x00-\x1f\x7f\ufffe\uffff]*$"
+
+
 def key(description: str, remedy: str, **limits: Any) -> Meta:
     """Note on a key: its meaning, the remedy where its value is refused, and its limits."""
     return Meta(description=description, extra={"remedy": remedy}, **limits)
