@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -37,12 +38,14 @@ from cycloid_profile.effects import (
     SeriesCompliance,
     ToothFormError,
     ViscoelasticCreep,
+    loop_branches,
 )
-from cycloid_profile.measurement import Measurement
+from cycloid_profile.measurement import Measurement, read_measurement
 from cycloid_profile.rig import Settings, simulate
 from cycloid_profile.spec import parse_spec
 from tests.spec_texts import PRINTED, RV40E, UNCOMPENSATED
 
+REAL = Path(__file__).parent / "real_printed_13to1"
 ACTUATOR = PRINTED + UNCOMPENSATED
 # What both times have: a softening compliance of an exponent that the library lacks, and creep.
 PRINTED_PARTS = (NonlinearSeriesCompliance(twist_arcmin=150.0, exponent=0.5), ViscoelasticCreep(twist_arcmin=15.0))
@@ -154,6 +157,29 @@ def test_a_repeat_has_no_change() -> None:
     found = compared_printed((120.0, 2.5), (120.0, 2.5))
     assert found.changes == ()
     assert all(abs(value) < 3.0 for _, value in figures(found).values())
+
+
+@pytest.mark.slow
+def test_less_hysteresis_of_a_real_loop_is_less_friction() -> None:
+    """A measured loop, and the same with branches 30 % closer to their middle."""
+    before = read_measurement(REAL / "stiff_initial.csv")
+    torque, angle = before["torque_nm"], before["angle_arcmin"]
+    branch = loop_branches(torque)
+    rising, falling = (
+        np.interp(torque, *(values[branch == sign][np.argsort(torque[branch == sign])] for values in (torque, angle)))
+        for sign in (1.0, -1.0)
+    )
+    narrower = angle - 0.3 * branch * 0.5 * (rising - falling)
+    narrower += np.random.default_rng(1).normal(0.0, 0.05, angle.size)
+    after = replace(before, columns={**before.columns, "angle_arcmin": narrower})
+    named = (NonlinearSeriesCompliance(twist_arcmin=190.0, exponent=0.4), CoulombFriction(torque_nm=3.0))
+    found = compared((REAL / "spec.toml").read_text(encoding="utf-8"), before, after, (named, named))
+    (change,) = found.changes
+    assert change.candidate.name == "coulomb_friction"
+    assert change.parameters[0].change < 0.0
+    assert abs(figures(found)["lost_motion_arcmin"][1]) < 3.0
+    _, without, with_change = found.files[0].rms
+    assert with_change < 0.5 * without
 
 
 @pytest.fixture(scope="module")
