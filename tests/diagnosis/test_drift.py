@@ -1,12 +1,18 @@
-"""Drift of a curve: found where a turn does not close, and no hindrance to effects of order one where it does."""
+"""Drift: found where a turn does not close or an origin moves, and no hindrance to effects where they do not."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
+from cycloid_profile.design import as_built_reducer
+from cycloid_profile.diagnosis import diagnose
+from cycloid_profile.diagnosis.data import record
 from cycloid_profile.diagnosis.data._drift import loop_drift, turn_drift
-from cycloid_profile.diagnosis.data.noise import Noise
+from cycloid_profile.diagnosis.data.noise import Noise as RowNoise
+from cycloid_profile.measurement import parse_measurement
+from cycloid_profile.spec import parse_spec
+from tests.diagnosis.blind import REDUCERS, Hidden, Noise, scan, spec_text
 
 ROWS = 3000
 ANGLE = np.arange(ROWS) * 2.0 * np.pi / ROWS
@@ -16,7 +22,7 @@ RAMP = np.linspace(-1.0, 1.0, ROWS)
 
 def turns(slope: float) -> list[float]:
     noise = [np.random.default_rng(seed).normal(size=ROWS) for seed in range(20)]
-    return [turn_drift(one + slope * RAMP + EFFECTS, ANGLE, Noise(1.0), [39, 40]) for one in noise]
+    return [turn_drift(one + slope * RAMP + EFFECTS, ANGLE, RowNoise(1.0), [39, 40]) for one in noise]
 
 
 def test_a_turn_that_closes_has_no_drift():
@@ -30,7 +36,7 @@ def test_drift_of_half_a_standard_deviation_is_found():
 
 def test_part_of_a_turn_shows_no_drift():
     part = slice(0, ROWS // 2)
-    assert turn_drift((3.0 * RAMP)[part], ANGLE[part], Noise(1.0)) == 0.0
+    assert turn_drift((3.0 * RAMP)[part], ANGLE[part], RowNoise(1.0)) == 0.0
 
 
 @pytest.mark.parametrize(("slope", "found"), [(0.0, False), (2.0, True)])
@@ -41,5 +47,44 @@ def test_drift_of_a_loop(slope, found):
     widths = []
     for seed in range(10):
         noisy = residual + np.random.default_rng(seed).normal(size=240) + slope * np.linspace(-1.0, 1.0, 240)
-        widths.append(loop_drift(noisy[rows], torque[rows], rows, Noise(1.0)) > 0.0)
+        widths.append(loop_drift(noisy[rows], torque[rows], rows, RowNoise(1.0)) > 0.0)
     assert sum(widths) >= 8 if found else sum(widths) <= 1
+
+
+def widths_of_scans(drift_um: float, *hidden: Hidden) -> list[float]:
+    """Widths found on scans of small drives whose origin wanders by a slope and half a wave, in random directions."""
+    reducer = REDUCERS["11 lobes"]
+    built = as_built_reducer(parse_spec(spec_text(reducer)))
+    noise = Noise(0.3, drift=drift_um / 0.3)
+    texts = [scan(reducer, hidden, points=1600, noise=noise, turn_deg=40.0 * k, seed=k) for k in range(6)]
+    return [record(built, parse_measurement(text, "scan.csv")).drift for text in texts]
+
+
+@pytest.mark.parametrize(
+    "hidden",
+    [
+        (),
+        (Hidden("cumulative_pitch_error", {"amplitude_um": 3.0, "phase_deg": 80.0}),),
+        (Hidden("wheel_wear_drift", {"amount_um": 3.0, "first_lobe": 4}),),
+        (Hidden("grinding_chatter", {"amplitude_um": 0.8, "waves_per_turn": 131.4, "phase_deg": 10.0}),),
+    ],
+    ids=lambda hidden: hidden[0].name if hidden else "nothing",
+)
+def test_effects_of_a_scan_are_no_drift_of_its_origin(hidden):
+    assert sum(width > 0.0 for width in widths_of_scans(0.0, *hidden)) <= 1
+
+
+def test_drift_of_the_origin_of_a_scan_is_found_with_its_size():
+    found = widths_of_scans(0.3)
+    assert sum(width > 0.0 for width in found) >= 5
+    # Twice the size: root mean square 0.3 µm in x and in y, from 1,600 points in noise of 0.3 µm.
+    assert 0.4 < float(np.median(found)) < 1.6
+
+
+def test_a_scan_of_a_perfect_disc_agrees_though_its_origin_drifts():
+    reducer = REDUCERS["29 lobes"]
+    text = scan(reducer, noise=Noise(0.3, drift=2.0), seed=5)
+    built = as_built_reducer(parse_spec(spec_text(reducer)))
+    found = diagnose(built, [parse_measurement(text, "scan.csv")])
+    assert found.verdict == "agrees"
+    assert any("origin drifts" in note for note in found.notes)

@@ -1,7 +1,8 @@
-"""Drift of a curve from its first row to its last, separated from effects that repeat after a turn or on a branch.
+"""Drift of a measurement from its first row to its last, separated from effects that repeat.
 
 A free drift would hide 61 % of the information on a sine of order one. So the width of its prior is zero unless the
-rows show a drift themselves: a turn does not close, a branch of a loop does not return to itself.
+rows show a drift themselves: a turn does not close, a branch of a loop does not return to itself, the origin of a scan
+moves between lobes whose forms agree.
 """
 
 from __future__ import annotations
@@ -10,8 +11,9 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.polynomial.legendre import legvander
 
-from cycloid_profile.arrays import FloatArray
+from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
 from cycloid_profile.diagnosis.data.noise import Noise, run_starts
 
 # Significance of a drift, in standard errors: one file in 80 without a drift gets the column.
@@ -21,6 +23,9 @@ _WIDTH = 2.0  # times the estimate
 _ORDERS = 12  # round the turn, as in the detection
 _LEAST_SPAN = 0.9  # of a turn
 _APART = 0.01  # share of the drift that repeating effects must leave
+_ORIGIN_DEGREES = 4  # of the path of an origin in time: polynomials, each half as wide as the one before
+_SHOWN_DEGREES = 2  # of them that must be significant
+_CHANCE = 1.0 / 80.0  # of a path where there is none, as for curves
 
 
 def turn_drift(residual: FloatArray, angle: FloatArray, noise: Noise, orders: Sequence[int] = ()) -> float:
@@ -58,6 +63,52 @@ def loop_drift(residual: FloatArray, torque: FloatArray, rows: np.ndarray, noise
             branch = (rising == up) & ((x > 0.0) == positive)
             columns += [branch * x**k for k in range(3)]
     return _width(residual, np.stack(columns, axis=1), [], noise, rows)
+
+
+def origin_drift(removal: FloatArray, normal: ComplexArray, rows: IntArray, forms: FloatArray, noise: Noise) -> float:
+    """Prior width of the drift of the origin of a scan, in x and in y; 0 if it stays within the noise.
+
+    Parameters
+    ----------
+    removal : shape (rows,), in order along the disc; the width has its unit, from the middle to either end
+    normal : outward normal of each row in the frame of the machine, x + iy
+    rows : number of each row in order of measurement
+    forms : what effects look like: forms of all lobes that vary slowly round the disc, shape (rows, n)
+    """
+    from scipy.special import gammaincc
+
+    path = origin_path(normal, rows, _SHOWN_DEGREES)
+    fixed = np.column_stack([forms, normal.real, normal.imag])
+    if removal.size <= 2 * (fixed.shape[1] + path.shape[1]):
+        return 0.0
+    starts = run_starts(np.arange(removal.size))
+    A, z, drift = (noise.whiten(values, starts) for values in (fixed, removal, path))
+    wanted = np.column_stack([z, drift])
+    # Of many rows and few columns, normal equations take a tenth of the time.
+    fit, *_ = np.linalg.lstsq(A.T @ A, A.T @ wanted, rcond=1e-9)
+    left, seen = np.split(wanted - A @ fit, [1], axis=1)
+    left = left[:, 0]
+    if float(np.sum(seen**2)) < _APART * float(np.sum(drift**2)):
+        return 0.0
+    amount, *_ = np.linalg.lstsq(seen, left, rcond=1e-9)
+    rest = left - seen @ amount
+    # Effects that the forms do not describe, such as chatter, raise the error above that of the noise.
+    level = max(float(rest @ rest) / (rest.size - A.shape[1] - seen.shape[1]), 1.0)
+    gain = float(left @ left - rest @ rest) / level
+    if gammaincc(0.5 * seen.shape[1], 0.5 * gain) > _CHANCE:
+        return 0.0
+    return _WIDTH * float(np.sqrt(np.sum(amount**2) / 2.0))
+
+
+def origin_path(normal: ComplexArray, rows: IntArray, degrees: int = _ORIGIN_DEGREES) -> FloatArray:
+    """Columns of a moving origin, seen along the ``normal`` of each row; shape (rows, 2·degrees).
+
+    ``rows``: number of each row in order of measurement. Legendre polynomials in time, each half as large as the one
+    before: a drift is smooth.
+    """
+    time = 2.0 * (rows - np.min(rows)) / max(int(np.ptp(rows)), 1) - 1.0
+    shapes = legvander(time, degrees)[:, 1:] * 0.5 ** np.arange(degrees)
+    return np.hstack([shapes * normal.real[:, np.newaxis], shapes * normal.imag[:, np.newaxis]])
 
 
 def _width(

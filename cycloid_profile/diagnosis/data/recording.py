@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
-from cycloid_profile.diagnosis.data._drift import loop_drift, turn_drift
+from cycloid_profile.diagnosis.data._drift import loop_drift, origin_drift, turn_drift
 from cycloid_profile.diagnosis.data.noise import Noise, estimate_noise, gross_errors, local_noise, run_starts
+from cycloid_profile.diagnosis.data.smooth_forms import forms_of_scan
 from cycloid_profile.effects import AsBuiltReducer, transmitted_torque
 from cycloid_profile.errors import MeasurementError
 from cycloid_profile.measurement import (
@@ -61,10 +62,10 @@ class Recording:
     ``rows``: rows in use, ordered along the disc, the angle or the loop. ``held_out``: mask of ``rows`` kept for the
     check. ``disc``: scanned disc, counted from 0. ``placed``: first registration of a scan.
     ``predicted``: first prediction of a curve. ``notes``: sentences about the data. ``lobes_covered``:
-    number of lobes that a scan shows. ``drift``: standard deviation of a drift, from the middle to either end of a
-    curve, in the unit of the column; 0 if the rows show none. ``later``: measured after changes of the specimen.
-    ``pair``: number shared with the file of the other time that was measured in the same way; None without one.
-    ``unnamed``: size of a smooth error of any form that both have in common, in the unit of the column.
+    number of lobes that a scan shows. ``drift``: standard deviation of a drift, of a curve or of the origin of a scan,
+    from the middle to either end, in the unit of the column; 0 if the rows show none. ``later``: measured after changes
+    of the specimen. ``pair``: number shared with the file of the other time that was measured in the same way; None
+    without one. ``unnamed``: size of a smooth error of any form that both have in common, in the unit of the column.
     """
 
     measurement: Measurement
@@ -180,7 +181,13 @@ def _scan_recording(reducer: AsBuiltReducer, measurement: Measurement, disc: int
     if cell > 1 or np.any(erroneous):
         placed = register_scan(tooth, measurement, keep, placed)
     along = np.mod(placed.along + np.pi, tooth.trochoid.phase_period)
+    if cell > 1:
+        rows = np.argsort(along, kind="stable")
     noise = estimate_noise(placed.removal[rows] / UM, np.arange(rows.size), stated)
+    forms = forms_of_scan(tooth, along[rows], placed.lobe[rows], placed.foot[rows])
+    drift = origin_drift(placed.removal[rows] / UM, placed.normal[rows], rows, forms, noise)
+    if drift:
+        notes.append("the origin drifts from the first point to the last; its path is fitted with the effects")
     points = np.bincount(placed.lobe[rows].astype(int), minlength=tooth.trochoid.lobes)
     # A lobe that was not scanned may contain a point of its neighbour, at the tip.
     covered = int(np.count_nonzero(points > 0.25 * np.median(points[points > 0])))
@@ -188,7 +195,7 @@ def _scan_recording(reducer: AsBuiltReducer, measurement: Measurement, disc: int
         notes.append(_partial_scan_note(covered, tooth.trochoid.lobes))
     block = np.floor(along[rows] / (2.0 * np.pi) * _BLOCKS_PER_LOBE).astype(int)
     held_out = block % _HELD_OUT == 2
-    return Recording(measurement, disc, rows, held_out, noise, tuple(notes), placed, lobes_covered=covered)
+    return Recording(measurement, disc, rows, held_out, noise, tuple(notes), placed, lobes_covered=covered, drift=drift)
 
 
 def _partial_scan_note(covered: int, lobes: int) -> str:
@@ -214,7 +221,8 @@ def thinned_rows(count: int, most: int = MOST_ROWS) -> BoolArray | None:
 def averaged_scan(measurement: Measurement, placed: RegisteredScan, rows: IntArray, cell: int) -> Measurement:
     """The scan with ``cell`` neighbouring points each replaced by one with their mean position and mean removal.
 
-    ``rows``: order along the disc. No group crosses a gap; its last points, fewer than ``cell``, are omitted.
+    ``rows``: order along the disc. No group crosses a gap; its last points, fewer than ``cell``, are omitted. Groups
+    stay in the order of measurement.
     """
     tooth = placed.tooth
     along = np.unwrap(placed.along[rows], period=tooth.trochoid.phase_period)
@@ -231,6 +239,7 @@ def averaged_scan(measurement: Measurement, placed: RegisteredScan, rows: IntArr
     at = tooth.at(phase, None, None if tooth.identical_lobes else which)
     point = (at.position - removal * at.normal) * np.exp(-2j * np.pi * which / tooth.trochoid.lobes)
     z = point * np.exp(1j * placed.turn) + placed.shift
+    z = z[np.argsort(rows[kept].reshape(-1, cell).min(axis=1))]
     return replace(measurement, columns={"x_mm": z.real, "y_mm": z.imag})
 
 

@@ -14,10 +14,11 @@ from cycloid_profile.arrays import FloatArray
 from cycloid_profile.contact.stage import LoadedContacts
 from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.data.recording import FRICTION_MARGIN, NEAR_ZERO, Recording, torque_since_reversal
+from cycloid_profile.diagnosis.data.smooth_forms import forms_of_scan, hat_functions, waves
 from cycloid_profile.diagnosis.model.priors import priors_of
 from cycloid_profile.effects import AsBuiltReducer, loop_branches
 from cycloid_profile.errors import CycloidError
-from cycloid_profile.geometry import EqualArc, Trochoid
+from cycloid_profile.geometry import Trochoid
 from cycloid_profile.measurement import HYSTERESIS, PROFILE_SCAN
 from cycloid_profile.rig import LinearisedCurve
 from cycloid_profile.units import NEWTON_METRE
@@ -26,7 +27,6 @@ _NEAR, _FAR = 1.0, 4.0  # pin pitches over which the coupling of neighbouring pi
 _STICKS = (0.5, 1.0)  # of the torque over which friction sticks after a reversal: others slip at once, or sooner
 _WHOLE_LOOP = 2.0  # of the largest torque
 _MULTIPLES = 6  # of lobes and pins: amplitudes fall with the harmonic
-_PER_LOBE = 24  # knots of a smooth error of a scan: four waves a lobe
 _LOW_ORDERS = 12  # of a smooth error of a turn
 
 
@@ -111,17 +111,6 @@ def _whole_twist(curve: LinearisedCurve) -> float:
     return float(np.ptp(found)) if found.size else 0.0
 
 
-def hat_functions(x: FloatArray, count: int, periodic: bool = False) -> FloatArray:
-    """Linear interpolation between ``count`` knots at 0, 1, …; shape (rows, count)."""
-    left = np.floor(x).astype(np.intp) if periodic else np.clip(np.floor(x).astype(np.intp), 0, count - 2)
-    share = x - left
-    found = np.zeros((x.size, count))
-    rows = np.arange(x.size)
-    found[rows, left % count] += 1.0 - share
-    found[rows, (left + 1) % count] += share
-    return found
-
-
 def order_error(reducer: AsBuiltReducer, recording: Recording, position: FloatArray) -> FloatArray:
     """Cosine and sine of the orders of mesh in a curve over a turn, with the accuracy of an order as width."""
     if not recording.kind.over_output_turn:
@@ -145,19 +134,10 @@ def smooth_columns(
     Of a scan: a form over the ``phase`` of the lobe that varies slowly round the disc, and an offset of each lobe. Of a
     turn: low orders and those of the mesh.
     """
-    trochoid = reducer.case.drive.trochoid
     if recording.kind is PROFILE_SCAN:
-        # Equal arcs, as machines measure: the phase runs slowly where a form may be steep.
-        knots = np.sort(np.mod(EqualArc(_PER_LOBE).phases(reducer.case.profile), 2.0 * np.pi))
-        past = np.mod(phase - knots[0], 2.0 * np.pi)
-        along = np.interp(past, [*(knots - knots[0]), 2.0 * np.pi], np.arange(_PER_LOBE + 1.0))
-        form = hat_functions(along, _PER_LOBE, periodic=True)
-        turn = position / trochoid.lobes
-        slow = np.hstack([np.ones((turn.size, 1)), _waves([turn, 2.0 * turn])])
-        offsets = lobe[:, np.newaxis] == np.arange(trochoid.lobes)
-        return np.hstack([(form[:, :, np.newaxis] * slow[:, np.newaxis]).reshape(turn.size, -1), offsets])
-    angle = np.outer(position, np.unique([*np.arange(1.0, _LOW_ORDERS + 1.0), *mesh_orders(trochoid)]))
-    return _waves([*angle.T])
+        return forms_of_scan(reducer.case.profile, position, lobe, phase)
+    orders = np.unique([*np.arange(1.0, _LOW_ORDERS + 1.0), *mesh_orders(reducer.case.drive.trochoid)])
+    return waves([*np.outer(position, orders).T])
 
 
 def form_error(
@@ -177,7 +157,7 @@ def form_error(
     else:
         mesh = [k * reducer.discs * n * position for n in (trochoid.lobes, trochoid.pins) for k in (1, 2, 3)]
         angles = [position, 2.0 * position, *mesh]
-    return tuned.FORM * signature[:, np.newaxis] * _waves(angles)
+    return tuned.FORM * signature[:, np.newaxis] * waves(angles)
 
 
 def _form_error_of_loop(signature: FloatArray, recording: Recording) -> FloatArray:
@@ -196,11 +176,6 @@ def _form_error_of_loop(signature: FloatArray, recording: Recording) -> FloatArr
     stick = 2.0 * float(np.min(past[(branch * path > 0.0) & (past > 0.0)], initial=_WHOLE_LOOP))
     after = [np.maximum(1.0 - past / (share * stick), 0.0) * full for share in _STICKS]
     return np.stack([*(tuned.FORM * one for one in slow), *(tuned.REVERSAL * one for one in after)], axis=1)
-
-
-def _waves(angles: list[FloatArray]) -> FloatArray:
-    waves = [wave for angle in angles for wave in (np.cos(angle), np.sin(angle))]
-    return np.stack(waves, axis=1)
 
 
 def _coupled(at: LoadedContacts, reducer: AsBuiltReducer, pitches: float) -> FloatArray:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cycloid_profile.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from cycloid_profile.diagnosis.data._drift import origin_path
 from cycloid_profile.diagnosis.data.recording import Recording
 from cycloid_profile.diagnosis.model._model_error import (
     branch_error,
@@ -71,6 +72,8 @@ class Residuals:
             normal = self.placed.normal[rows]
             lever = self.placed.lever[rows] / self.placed.tooth.trochoid.pin_circle_radius
             self.nuisance = np.stack([_UNKNOWN * lever, origin * normal.real, origin * normal.imag], axis=1)
+            if recording.drift:
+                self.nuisance = np.hstack([self.nuisance, recording.drift * origin_path(normal, rows)])
             self.phase, self.lobe = self.placed.foot[rows], self.placed.lobe[rows]
             self.position = np.mod(self.placed.along[rows] + np.pi, self.placed.tooth.trochoid.phase_period)
         else:
