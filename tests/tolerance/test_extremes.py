@@ -20,7 +20,7 @@ from cycloid_profile.tolerance.inputs import Tolerances, limits_of, tolerances_o
 from cycloid_profile.tolerance.model import QuantityModel, unit_changes
 from cycloid_profile.tolerance.model._crank_locked import crank_locked_backlash
 from cycloid_profile.tolerance.model._loaded import loaded_stage
-from cycloid_profile.tolerance.model.quantities import largest_over_turn, lost_motion_loads, rated_loads
+from cycloid_profile.tolerance.model.quantities import SolvedPoses, largest_over_turn, lost_motion_loads, rated_loads
 from cycloid_profile.tolerance.study import Draws
 from cycloid_profile.units import ARCMIN, ARCSEC
 
@@ -101,10 +101,26 @@ def test_largest_over_a_turn_is_the_vertex_near_the_best_estimate():
     exact = 7.0 - away**2
     found = largest_over_turn(
         (exact + 0.1 * np.sin(np.arange(poses)))[np.newaxis],
-        lambda chosen: np.take_along_axis(exact, chosen, axis=1)[np.newaxis],
+        lambda chosen, _: SolvedPoses.smooth(np.take_along_axis(exact, chosen, axis=1)[np.newaxis]),
         3,
     )
     np.testing.assert_allclose(found, [[7.0], [7.0]], rtol=1e-12)
+
+
+def test_largest_over_a_turn_follows_the_part_that_is_largest():
+    """Another contact that takes over at the next pose does not raise the top of the one before."""
+    poses = np.arange(50)
+    parts = np.stack([7.0 - (poses - 20.2) ** 2, 6.9 - 0.2 * (poses - 21.0) ** 2])
+
+    def solved(chosen, part):
+        value = parts[:, chosen]
+        first = np.argmax(value, axis=0)
+        asked = first if part is None else part
+        followed = np.take_along_axis(value, asked[np.newaxis], axis=0)
+        return SolvedPoses(np.max(value, axis=0)[np.newaxis], followed, first)
+
+    estimate = np.max(parts, axis=0)[np.newaxis, np.newaxis]
+    np.testing.assert_allclose(largest_over_turn(estimate, solved, 3, kinked=[0]), [[7.0]], rtol=1e-12)
 
 
 @pytest.mark.slow

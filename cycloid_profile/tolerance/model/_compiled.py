@@ -73,21 +73,25 @@ def balanced_reducers(
     start: FloatArray,
     tolerance: float,
     chosen: IntArray,
-) -> tuple[FloatArray, FloatArray]:
-    """Rotation of the output [rad] and highest peak pressure [MPa], shape (reducers, loads); NaN without equilibrium.
+    contact: IntArray | None = None,
+) -> tuple[FloatArray, FloatArray, FloatArray, IntArray]:
+    """Rotation of the output [rad], highest peak pressure [MPa], that of one ``contact`` of each load, and the contact
+    with the highest, counted over all discs; shape (reducers, loads). NaN without equilibrium.
 
     ``energy`` of the stage as drawn, under any contact law, its poses all loads, of which each reducer has those
     ``chosen``, shape (reducers, loads); ``gap`` (reducers, loads, discs, pins) and ``stretch`` (reducers, loads,
     bearings, 2) of each reducer in place of those as drawn [mm]; ``play`` of its bearings, shape (reducers,) [mm];
     ``pressure_per_root_force``, peak pressure of each contact under 1 N [MPa]; ``start`` (reducers, loads, unknowns);
-    ``tolerance`` of the imbalance over the torque.
+    ``tolerance`` of the imbalance over the torque; ``contact``: the one with the highest pressure unless given.
     """
-    turned, pressure = np.empty(gap.shape[:2]), np.empty(gap.shape[:2])
+    turned, pressure, followed = np.empty((3, *gap.shape[:2]))
+    first = np.full(gap.shape[:2], -1, np.int64)
+    asked = first if contact is None else np.ascontiguousarray(contact)
     _balanced(
         energy.arrays(), np.array(energy.load, order="C"), gap, stretch, play, pressure_per_root_force, start,
-        tolerance, chosen, turned, pressure,
+        tolerance, chosen, asked, turned, pressure, followed, first,
     )  # fmt: skip
-    return turned, pressure
+    return turned, pressure, followed, first
 
 
 @kernel
@@ -101,10 +105,13 @@ def _balanced(  # pragma: no cover - compiled, out of the sight of the coverage 
     start: FloatArray,
     tolerance: float,
     chosen: IntArray,
+    contact: IntArray,
     turned: FloatArray,
     pressure: FloatArray,
+    followed: FloatArray,
+    first: IntArray,
 ) -> None:
-    """Fill ``turned`` and ``pressure``, shape (reducers, loads).
+    """Fill ``turned``, ``pressure``, ``followed`` and ``first``, shape (reducers, loads).
 
     The stage as ``drawn``, its poses the loads, and the forces ``load`` that deform its elastic discs; the others as in
     ``balanced_reducers``.
@@ -126,15 +133,21 @@ def _balanced(  # pragma: no cover - compiled, out of the sight of the coverage 
                 drawn.compliance[at], width_at(drawn.width, drawn.width.slope[at]),
             )  # fmt: skip
             off = least_energy(problem, tolerance, step, forces, work)
-            highest = 0.0
+            highest, one, asked, own = 0.0, -1, contact[i, p], 0.0
             for d in range(discs):
                 for k in range(pins):
                     force = work.force[d * pins + k]
                     if force > 0.0:
-                        highest = max(highest, math.sqrt(force) * per_root_force[at, d, k])
+                        here = math.sqrt(force) * per_root_force[at, d, k]
+                        if here > highest:
+                            highest, one = here, d * pins + k
+                        if d * pins + k == asked:
+                            own = here
             lost = not off < 100.0 * tolerance
             turned[i, p] = np.nan if lost else drawn.rotation[at] + step[0]
             pressure[i, p] = np.nan if lost else highest
+            followed[i, p] = np.nan if lost else (own if asked >= 0 else highest)
+            first[i, p] = one
 
 
 @kernel

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -59,6 +59,18 @@ class FirstOrder:
         return np.asarray(np.max(np.sqrt(np.maximum(force, 0.0)) * self.per_root_force, axis=2))
 
 
+class LoadedAnswers(NamedTuple):
+    """Rotation of the output [rad] and highest peak pressure [MPa], shape (reducers, loads).
+
+    ``followed``: pressure of the contact that was asked for, else the highest. ``contact``: the one with the highest.
+    """
+
+    rotation: FloatArray
+    pressure: FloatArray
+    followed: FloatArray
+    contact: IntArray
+
+
 @dataclass(frozen=True)
 class LoadedStage:
     """The stage as drawn at some loads, a crank angle and a torque each, and its change by errors.
@@ -95,9 +107,16 @@ class LoadedStage:
         """
         every = np.arange(len(self.energy.torque))
         some = np.broadcast_to(every, (len(x), every.size)) if chosen is None else chosen
-        blocks = [self._block(x[at : at + _BLOCK], some[at : at + _BLOCK]) for at in range(0, len(x), _BLOCK)]
-        rotation, pressure = (np.concatenate(each) for each in zip(*blocks, strict=True))
-        return rotation, pressure
+        found = self.following(x, some)
+        return found.rotation, found.pressure
+
+    def following(self, x: FloatArray, chosen: IntArray, contact: IntArray | None = None) -> LoadedAnswers:
+        """The same at the loads ``chosen``, with the pressure of one ``contact`` at each, shape (reducers, some)."""
+        blocks = [
+            self._block(x[at], chosen[at], None if contact is None else contact[at])
+            for at in (slice(first, first + _BLOCK) for first in range(0, len(x), _BLOCK))
+        ]
+        return LoadedAnswers(*(np.concatenate(each) for each in zip(*blocks, strict=True)))
 
     def errors(self, x: FloatArray, chosen: IntArray | None = None) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Gaps, unloaded bearing displacements and bearing play of reducers with coordinates ``x`` [mm].
@@ -131,17 +150,19 @@ class LoadedStage:
         first = np.min(turn, axis=(2, 3)) + self.overclosure[some]
         return np.asarray((np.sign(self.energy.torque[some]) * first)[..., np.newaxis] * self.rigid_motion[some])
 
-    def _block(self, x: FloatArray, chosen: IntArray) -> tuple[FloatArray, FloatArray]:
+    def _block(self, x: FloatArray, chosen: IntArray, contact: IntArray | None) -> LoadedAnswers:
         from cycloid_profile.tolerance.model._compiled import balanced_reducers, chosen_rows
 
         gap, stretch, play = self.errors(x, chosen)
         highest, start = self.pressure_per_root_force, self.start(gap, chosen)
         some = np.ascontiguousarray(chosen)
-        turned, pressure = balanced_reducers(self.energy, gap, stretch, play, highest, start, TOLERANCE, some)
+        turned, pressure, followed, first = balanced_reducers(
+            self.energy, gap, stretch, play, highest, start, TOLERANCE, some, contact
+        )
         turned += self.reducer.series_twist(self.energy.torque)[some]
         read = self.read_by_unit
         chosen_rows(read.indptr, read.indices, read.data, np.ascontiguousarray(x), some, turned[..., np.newaxis])
-        return turned, pressure
+        return LoadedAnswers(turned, pressure, followed, first)
 
 
 def _weighted(x: FloatArray, weights: FloatArray) -> FloatArray:

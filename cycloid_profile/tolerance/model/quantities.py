@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -112,10 +112,10 @@ class LostMotionQuantities:
     names: tuple[str, ...] = ("lost_motion_arcmin",)
 
     def of(self, x: FloatArray) -> FloatArray:
-        def solved(poses: IntArray) -> FloatArray:
+        def solved(poses: IntArray, _part: IntArray | None) -> SolvedPoses:
             rotation, _ = self.stage.answers(x, np.concatenate([poses, poses + self.backlash.poses], axis=1))
             there, back = np.split(rotation, 2, axis=1)
-            return np.asarray(there - back)[np.newaxis]
+            return SolvedPoses.smooth((there - back)[np.newaxis])
 
         return largest_over_turn(self.backlash.by_pose(x)[np.newaxis], solved, LOST_MOTION_CHOSEN) / ARCMIN
 
@@ -131,36 +131,80 @@ class RatedLoadQuantities:
     names: tuple[str, ...] = ("transmission_error_arcsec", "peak_pressure_mpa")
 
     def of(self, x: FloatArray) -> FloatArray:
-        def solved(poses: IntArray) -> FloatArray:
-            rotation, pressure = self.stage.answers(x, poses)
-            return np.stack([rotation, -rotation, pressure])
+        def solved(poses: IntArray, contact: IntArray | None) -> SolvedPoses:
+            found = self.stage.following(x, poses, contact)
+            turned = (found.rotation, -found.rotation)
+            return SolvedPoses(np.stack([*turned, found.pressure]), np.stack([*turned, found.followed]), found.contact)
 
         rotation, pressure = self.stage.first_order.rotations(x), self.stage.first_order.pressures(x)
-        ahead, behind, pressed = largest_over_turn(np.stack([rotation, -rotation, pressure]), solved, TURN_CHOSEN).T
+        estimate = np.stack([rotation, -rotation, pressure])
+        ahead, behind, pressed = largest_over_turn(estimate, solved, TURN_CHOSEN, kinked=(2,)).T
         return np.stack([(ahead + behind) / ARCSEC, pressed], axis=1)
 
 
-def largest_over_turn(estimate: FloatArray, solved: Callable[[IntArray], FloatArray], count: int) -> FloatArray:
+class SolvedPoses(NamedTuple):
+    """Values of quantities at some poses, shape (quantities, reducers, poses).
+
+    ``followed``: the same of the part that was asked for, such as one contact: smooth from pose to pose, where the
+    largest of all parts is not. ``part``: that of the largest value, shape (reducers, poses).
+    """
+
+    value: FloatArray
+    followed: FloatArray
+    part: IntArray
+
+    @classmethod
+    def smooth(cls, value: FloatArray) -> SolvedPoses:
+        """Of quantities without parts."""
+        return cls(value, value, np.zeros(value.shape[1:], np.int64))
+
+
+def largest_over_turn(
+    estimate: FloatArray,
+    solved: Callable[[IntArray, IntArray | None], SolvedPoses],
+    count: int,
+    kinked: Sequence[int] = (),
+) -> FloatArray:
     """Largest value of each quantity over a turn, shape (reducers, quantities).
 
     ``estimate`` of the quantities at all poses, which close the turn, shape (quantities, reducers, poses). ``solved``
-    gives their values at poses of each reducer, shapes (reducers, some) and (quantities, reducers, some): at the
-    ``count`` poses of the largest estimates, then at both neighbours of the best. The largest value is the vertex of
-    the parabola through these three.
+    gives their values at poses of each reducer and of the parts to follow, shapes (reducers, some): at the ``count``
+    poses of the largest estimates, then at both neighbours of the best, for its part. The largest value is the vertex
+    of the parabola through these three.
+
+    ``kinked`` quantities: the load of a contact has a kink where another one ends, which a parabola would overshoot.
+    Of these the lower vertex counts, of that parabola and of the one through the poses on the side of the top alone.
     """
     poses = estimate.shape[2]
     chosen = np.concatenate([_largest(one, count) for one in estimate], axis=1)
-    found = solved(chosen)
-    best = np.argmax(found, axis=2)
-    place = np.take_along_axis(chosen, best.T, axis=1)
-    adjacent = solved(np.concatenate([place - 1, place + 1], axis=1) % poses)
-    each, here = range(len(found)), np.max(found, axis=2)
-    before, after = (np.stack([adjacent[i, :, side * len(found) + i] for i in each]) for side in (0, 1))
-    bend = 2.0 * here - before - after
-    vertex = here + (after - before) ** 2 / (8.0 * np.where(bend > 0.0, bend, np.inf))
-    # A neighbour above the best of the chosen is no poorer than the vertex through both would be.
-    largest = np.where(np.maximum(before, after) > here, np.maximum(before, after), vertex)
-    return np.asarray(largest.T)
+    found = solved(chosen, None)
+    best = np.argmax(found.value, axis=2)
+    place, part = (np.take_along_axis(of, best.T, axis=1) for of in (chosen, found.part))
+    adjacent = solved(np.hstack([place - 1, place + 1]) % poses, np.hstack([part, part]))
+    here, (before, after) = np.max(found.value, axis=2), _of_each(adjacent.followed)
+    top = _top(0.5 * (after - before), 2.0 * here - before - after)
+    for i in kinked:
+        ahead = after[i] >= before[i]
+        further = (place[:, i] + np.where(ahead, 2, -2)) % poses
+        beyond = solved(further[:, np.newaxis], part[:, i, np.newaxis]).followed[i, :, 0]
+        higher = np.where(ahead, after[i], before[i])
+        slope = np.maximum(2.0 * higher - 1.5 * here[i] - 0.5 * beyond, 0.0)
+        top[i] = np.minimum(top[i], _top(slope, 2.0 * higher - here[i] - beyond))
+        # No parabola goes through a pose where the contact does not touch.
+        top[i] *= (before[i] > 0.0) & (after[i] > 0.0) & (beyond > 0.0)
+    return np.asarray(np.maximum(here + top, np.max(_of_each(adjacent.value), axis=0)).T)
+
+
+def _top(slope: FloatArray, bend: FloatArray) -> FloatArray:
+    """Height of the top of a parabola above its value where it has this ``slope``; 0 where it bends upwards."""
+    return np.asarray(slope**2 / (2.0 * np.where(bend > 0.0, bend, np.inf)))
+
+
+def _of_each(values: FloatArray) -> FloatArray:
+    """Values of each quantity at the poses near its own best, shape (sides, quantities, reducers)."""
+    count = len(values)
+    sides = range(values.shape[2] // count)
+    return np.stack([[values[i, :, side * count + i] for i in range(count)] for side in sides])
 
 
 def _largest(values: FloatArray, count: int) -> IntArray:
