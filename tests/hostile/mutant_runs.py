@@ -7,18 +7,21 @@ differs, fastest first. The answer is a line with the status of the run.
 from __future__ import annotations
 
 import gc
+import importlib
 import json
 import os
 import pickle
 import resource
 import sys
 from collections.abc import Iterator
+from pathlib import Path
 from types import CodeType, FrameType, FunctionType
 from typing import TextIO
 
 import pytest
 from _pytest.main import pytest_runtestloop
 
+ROOT = Path(__file__).parents[2]
 SECONDS = 120  # of a processor; a mutant whose tests need more has no end
 
 Place = tuple[str, str, int]
@@ -39,7 +42,9 @@ def codes(text: str, path: str) -> Iterator[CodeType]:
 
 
 def change(path: str, old: str, new: str) -> set[Place]:
-    """Give the loaded functions of a module the code of its new text; the places of the functions that differ."""
+    """Give the functions of a module the code of its new text; the places of the functions that differ."""
+    # Many modules are imported inside functions only: not loaded yet, they would come unchanged.
+    importlib.import_module(".".join(Path(path).relative_to(ROOT).with_suffix("").parts))
     kept = set(codes(old, path))
     found = {place_of(code): code for code in codes(new, path) if code not in kept}
     for function in gc.get_objects():
