@@ -76,18 +76,20 @@ TESTS = {
         "contact", "classical_scheme_numbers classical_scheme disc_equilibrium compiled_balance elastic_disc"
     ),
     "contact/stage": files(
-        "contact", "stage_numbers stage tangent stage_near stage_balance face_width supports linear_compliance"
+        "contact",
+        "stage_numbers stage tangent stage_near stage_near_compiled stage_balance face_width supports "
+        "linear_compliance",
     ),
     "effects": files(
         "effects",
         "removals effect_tables pins_on_springs first_order shape_families short_waves loops_of_real_reducers "
         "first_stage_and_forms effects_on_the_rig empirical plugins",
     ),
-    "diagnosis/data": files("diagnosis", "drift repeats gross_errors dense_scans noise bad_files"),
+    "diagnosis/data": files("diagnosis", "drift repeats gross_errors dense_scans noise bad_files likelihood"),
     "diagnosis/model": files(
         "diagnosis",
         "not_yet_proposed priors lobe_index exact_detectability other_locations unscanned_waves separable "
-        "chatter_spectrum controls blind_cases",
+        "chatter_spectrum controls blind_cases likelihood",
     ),
     "diagnosis/search": files(
         "diagnosis", "lobe_index other_locations unscanned_waves chatter_spectrum blind_cases seam"
