@@ -92,7 +92,7 @@ TESTS = {
         "chatter_spectrum controls blind_cases likelihood",
     ),
     "diagnosis/search": files(
-        "diagnosis", "lobe_index other_locations unscanned_waves chatter_spectrum blind_cases seam"
+        "diagnosis", "moves lobe_index other_locations unscanned_waves chatter_spectrum blind_cases seam"
     ),
     "diagnosis/verdict": files(
         "diagnosis", "remainder nearest_effects result_description other_locations blind_cases change"
