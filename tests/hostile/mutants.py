@@ -95,7 +95,7 @@ TESTS = {
         "diagnosis", "moves lobe_index other_locations unscanned_waves chatter_spectrum blind_cases seam"
     ),
     "diagnosis/verdict": files(
-        "diagnosis", "remainder nearest_effects result_description other_locations blind_cases change"
+        "diagnosis", "explanations remainder nearest_effects result_description other_locations blind_cases change"
     ),
 }  # fmt: skip
 # Those of the compiled functions in a folder, which run uncompiled and some hundred times as long.
