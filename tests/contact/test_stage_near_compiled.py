@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cycloid_profile.contact import PinSeats, Supports
+from cycloid_profile.contact import PinSeats, StagePositions, Supports
 from cycloid_profile.contact.bodies import AxialRelief, FaceWidth
 from cycloid_profile.contact.laws import STEEL
 from cycloid_profile.contact.mesh import output_turn
@@ -94,9 +94,9 @@ def both_ways(reducer: AsBuiltReducer, share: float, place):
     return solved(reducer, share, place), with_exact_gaps(reducer, share, place)
 
 
-def assert_equal(found, expected):
+def assert_equal(found, expected, rotation=TOLERANCES["rotation"]):
     assert np.all(found.settled)
-    np.testing.assert_allclose(found.rotation, expected.rotation, rtol=0.0, atol=TOLERANCES["rotation"])
+    np.testing.assert_allclose(found.rotation, expected.rotation, rtol=0.0, atol=rotation)
     motion = TOLERANCES["motion in play" if expected.case.drive.support.bearing_play else "motion"]
     np.testing.assert_allclose(found.place.motion, expected.place.motion, rtol=0.0, atol=motion)
     np.testing.assert_allclose(found.force, expected.force, rtol=0.0, atol=1e-6 * expected.max_force)
@@ -130,6 +130,7 @@ def test_the_feet_need_not_be_known(drawn, foot_known):
     assert_equal(*both_ways(reducer, 1.0, asked))
 
 
+@pytest.mark.parametrize("start", ["near", "within the backlash"])
 @pytest.mark.parametrize("share", [1.0, -0.03])
 @pytest.mark.parametrize(
     "body",
@@ -140,7 +141,7 @@ def test_the_feet_need_not_be_known(drawn, foot_known):
     ],
     ids=["rigid", "on elastic pins", "tilting"],
 )
-def test_a_few_poses_settle_at_once_and_with_exact_gaps(drawn, share, body, monkeypatch):
+def test_a_few_poses_settle_at_once_and_with_exact_gaps(drawn, share, body, start, monkeypatch):
     # No pose is left to the plain search, which would hide what the compiled one does wrong.
     monkeypatch.setattr("cycloid_profile.contact.stage._block._WORTH_COMPILING", 0)
     rounds, whole = [], near.settled_near
@@ -149,7 +150,9 @@ def test_a_few_poses_settle_at_once_and_with_exact_gaps(drawn, share, body, monk
         rounds.append(whole(*args))
         return rounds[-1]
 
-    place = StageEquilibrium().at(drawn.case, FEW, share * drawn.case.torque).place
+    place = StagePositions(np.zeros(3), np.zeros((3, 2, 3)))
+    if start == "near":
+        place = StageEquilibrium().at(drawn.case, FEW, share * drawn.case.torque).place
     reducer = replace(drawn, case=replace(drawn.case, **body))
     for effect in (
         CumulativePitchError(amplitude_um=1.0, phase_deg=20.0), DiscRunout(amplitude_um=1.0, phase_deg=50.0, disc=2),
@@ -163,7 +166,9 @@ def test_a_few_poses_settle_at_once_and_with_exact_gaps(drawn, share, body, monk
     assert rounds
     assert all(np.all(settled) for _, _, settled in rounds)
     monkeypatch.undo()
-    assert_equal(found, solver.at(reducer.case, FEW, torque))
+    # Feet that came from further off leave the curvature of a removal, and with it the contact, less exact.
+    rotation = TOLERANCES["rotation"] * (1.0 if start == "near" else 10.0)
+    assert_equal(found, solver.at(reducer.case, FEW, torque), rotation)
 
 
 @pytest.mark.parametrize(
