@@ -42,6 +42,10 @@ def test_compiled_and_plain_agree(rv40e, law, changes, monkeypatch):
         assert np.max(found.residual) < 1e-12
         np.testing.assert_allclose(found.history[-1], plain.history[-1], rtol=1e-9)
         np.testing.assert_allclose(rotation, plain.rotation, rtol=1e-11)
+        for one in (plain, found):
+            turned = np.sum(one.stiffness * problem[3] ** 2, axis=1)
+            np.testing.assert_allclose(one.torsional_stiffness, turned, rtol=1e-12)
+            np.testing.assert_array_equal(one.receded, 0.0)
         largest = np.max(plain.force, axis=-1, keepdims=True)
         np.testing.assert_allclose(force / largest, plain.force / largest, atol=1e-9)
         np.testing.assert_allclose(approach, plain.approach, atol=1e-15)

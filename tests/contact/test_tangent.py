@@ -96,6 +96,33 @@ def test_forces_by_a_deformation_are_those_of_a_new_solve(rv40e, play):
     np.testing.assert_allclose(between, np.swapaxes(between, 1, 2), rtol=0.0, atol=1e-9 * np.max(between))
 
 
+@pytest.mark.parametrize(("geometric", "error"), [(True, 1e-4), (False, 0.02)])
+def test_motions_and_pressures_of_several_changes_are_those_of_new_solves(rv40e, geometric, error):
+    # Two pins, each a little larger.
+    case, nominal, _ = stage(rv40e, 0.0)
+    tangent, size = StageTangent(nominal, geometric=geometric), 1e-6
+    at, pins = tangent.contacts, 40
+    none = np.zeros(at.force.size)
+    loaded = np.argsort(np.sum(nominal.force, axis=(0, 1)))[::-1][:2]
+    changes = [ContactChange(np.where(at.pin == pin, -1.0, 0.0), none, none, none, none) for pin in loaded]
+    found = tangent.response(changes, [None, None])
+    assert found.pressure.shape == (at.force.size, 2)
+    for number, pin in enumerate(loaded):
+        both = [
+            StageEquilibrium(
+                tolerance=1e-13, deviations=PartDeviations(pin_oversize=sign * size * (np.arange(pins) == pin))
+            ).at(case, CRANK)
+            for sign in (1.0, -1.0)
+        ]
+        turned = (both[0].rotation - both[1].rotation) / (2.0 * size)
+        moved = (both[0].stage.motion - both[1].stage.motion).reshape(len(CRANK), -1) / (2.0 * size)
+        pressed = (both[0].pressure - both[1].pressure)[at.pose, at.disc, at.pin] / (2.0 * size)
+        for predicted, exact in (
+            (found.motion[:, 0, number], turned), (found.motion[:, 1:, number], moved), (found.pressure[:, number], pressed),
+        ):  # fmt: skip
+            np.testing.assert_allclose(predicted, exact, rtol=0.0, atol=error * np.max(np.abs(exact)))
+
+
 def test_equal_gaps_turn_like_the_backlash(rv40e):
     # A removal of h everywhere is an angle of nearly h/(a(z_p + z1/z2)) with the input held.
     _, nominal, _ = stage(rv40e, 0.0)
