@@ -76,6 +76,9 @@ def test_one_disc_on_a_held_crank_takes_slices_as_well(rv40e):
     assert crowned.max_edge_pressure > crowned.max_pressure
     assert np.all(np.abs(crowned.rotation) > np.abs(plane.rotation))
     np.testing.assert_array_equal(crowned.slope, 0.0)
+    for one in (plane, sliced, crowned):
+        np.testing.assert_array_equal(one.approach[one.force == 0.0], 0.0)
+        np.testing.assert_array_equal(one.receded, 0.0)
 
 
 def test_the_classical_scheme_knows_no_width(rv40e):

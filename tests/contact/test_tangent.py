@@ -118,7 +118,8 @@ def test_motions_and_pressures_of_several_changes_are_those_of_new_solves(rv40e,
         moved = (both[0].stage.motion - both[1].stage.motion).reshape(len(CRANK), -1) / (2.0 * size)
         pressed = (both[0].pressure - both[1].pressure)[at.pose, at.disc, at.pin] / (2.0 * size)
         for predicted, exact in (
-            (found.motion[:, 0, number], turned), (found.motion[:, 1:, number], moved), (found.pressure[:, number], pressed),
+            (found.motion[:, 0, number], turned), (found.motion[:, 1:, number], moved),
+            (found.pressure[:, number], pressed),
         ):  # fmt: skip
             np.testing.assert_allclose(predicted, exact, rtol=0.0, atol=error * np.max(np.abs(exact)))
 

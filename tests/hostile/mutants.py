@@ -73,7 +73,7 @@ TESTS = {
         "contact", "support_kinematics running stage_numbers face_width supports elastic_disc roller_bearing"
     ),
     "contact/disc": files(
-        "contact", "classical_scheme_numbers classical_scheme disc_equilibrium compiled_balance elastic_disc"
+        "contact", "classical_scheme_numbers classical_scheme disc_equilibrium compiled_balance elastic_disc face_width"
     ),
     "contact/stage": files(
         "contact",
