@@ -88,6 +88,17 @@ def test_gaps_agree_with_a_forty_digit_foot_point(theoretical, changes):
             assert found.gap[pose, 0, k] == pytest.approx(expected, abs=1e-9)
 
 
+@pytest.mark.parametrize("past", [-0.12, -0.03, 0.03, 0.12])
+def test_the_foot_does_not_depend_on_where_the_search_begins(theoretical, past):
+    # Roots and tips are corners: the search begins on the other flank as often as not.
+    tooth = modify(theoretical, Equidistant(0.03), DeformationCompensation(0.02))
+    meshing = mesh(theoretical.trochoid, RNG.uniform(0.0, 6.0, 12))
+    here = gaps(tooth, 3.0, meshing)
+    again = gaps(tooth, 3.0, meshing, start=here.foot + past)
+    np.testing.assert_allclose(again.gap, here.gap, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(again.foot, here.foot, rtol=0.0, atol=1e-7)
+
+
 @pytest.mark.parametrize("crank", [0.0, 1e-3])
 def test_gap_at_a_corner_is_that_of_the_nearer_flank(theoretical, crank):
     # Pins 0 and 20 stand in the root and on the tip, where a compensated tooth has re-entrant corners.
