@@ -1,0 +1,150 @@
+"""A hypothesis by itself: sizes and angles from coordinates, their uncertainty, other lobe indices; error of the model."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cycloid_profile.diagnosis.data.recording import torque_since_reversal
+from cycloid_profile.diagnosis.model._model_error import hat_functions, mesh_orders
+from cycloid_profile.diagnosis.model.candidate import Candidate, chatter
+from cycloid_profile.diagnosis.model.flank_grid import FlankGrid
+from cycloid_profile.diagnosis.model.priors import priors_of
+from cycloid_profile.diagnosis.model.residuals import Residuals
+from cycloid_profile.effects import removal_between
+from cycloid_profile.units import UM
+from tests.diagnosis.test_explanations import best_of
+from tests.diagnosis.test_likelihood import library, reducer, residuals
+from tests.diagnosis.test_moves import some
+
+LOBES = 39
+
+
+def polar(candidate: Candidate, x: np.ndarray) -> tuple[float, float]:
+    values = candidate.parameters(x)
+    return values[candidate.size], values[candidate.angle]
+
+
+@pytest.mark.parametrize(("name", "waves"), [("disc_oval", 2), ("cumulative_pitch_error", 1)])
+def test_two_coordinates_are_an_amplitude_and_an_angle(name, waves):
+    (one,) = some(name, disc=1)
+    x = 3.0 * np.array([math.cos(math.radians(250.0)), math.sin(math.radians(250.0))])
+    assert polar(one, x) == pytest.approx((3.0, 250.0 / waves))
+    # The same waves by coordinates: x·cos(wt) + y·sin(wt) is a cos(w(t − angle)).
+    amplitude, angle = polar(one, x)
+    t = np.linspace(0.0, 6.0, 50)
+    wave = x[0] * np.cos(waves * t) + x[1] * np.sin(waves * t)
+    np.testing.assert_allclose(amplitude * np.cos(waves * (t - math.radians(angle))), wave, atol=1e-12)
+
+
+def test_uncertainty_is_that_of_many_draws():
+    (oval,) = some("disc_oval", disc=1)
+    spread, x = np.array([[0.004, 0.0015], [0.0015, 0.002]]), np.array([-1.2, 2.0])
+    stated = oval.uncertainty(x, spread)
+    draws = np.random.default_rng(4).multivariate_normal(x, spread, 20_000)
+    sizes, angles = np.array([polar(oval, one) for one in draws]).T
+    assert stated["amplitude_um"] == pytest.approx(np.std(sizes), rel=0.02)
+    assert stated["phase_deg"] == pytest.approx(np.std(angles), rel=0.02)
+    # A size of one coordinate, and the reciprocal of another.
+    wear, series = some("flank_wear")[0], some("series_compliance")[0]
+    assert series.inverse
+    draws = np.random.default_rng(5).normal(0.02, 2e-4, 20_000)
+    inverse = [series.parameters([one, 0.0])[series.size] for one in draws]
+    assert series.uncertainty(np.array([0.02, 0.0]), np.diag([4e-8, 1.0])) == {
+        series.size: pytest.approx(np.std(inverse), rel=0.02)
+    }
+    assert wear.uncertainty(np.array([1.0, 0.0]), np.diag([0.04, 1.0])) == {wear.size: pytest.approx(0.2)}
+    # No angle is less certain than ±180°.
+    assert oval.uncertainty(np.array([1e-6, 0.0]), np.eye(2))["phase_deg"] == pytest.approx(90.0)
+
+
+@pytest.mark.parametrize("name", ["disc_oval", "cumulative_pitch_error", "wheel_wear_drift", "single_tooth_error"])
+def test_the_form_of_a_disc_is_that_of_the_reindexed_effect(name):
+    (one,) = some(name, disc=1)
+    lobes, size = 5, np.array([1.2, 0.5 if one.angle else 0.0])
+    choice, angle = one.reindexed(lobes, LOBES)
+    turned = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]]) @ size
+    tooth, other = reducer().teeth[0], replace(one, choice=choice)
+    phase, lobe = np.full(LOBES, 0.4), np.arange(float(LOBES))
+    here, there = (
+        removal_between(tooth, of.effect(x).apply(reducer()).teeth[0], phase, lobe)
+        for of, x in ((one, size), (other, turned if one.angle else size))
+    )
+    # The same error on lobes whose numbers are five higher, or five lower: some turn of the disc it must be.
+    assert np.max(np.abs(here)) > 0.1 * UM
+    np.testing.assert_allclose(np.roll(here, lobes), there, atol=1e-3 * np.max(np.abs(here)))
+
+
+def test_waves_of_chatter_turn_with_every_wave():
+    wave = chatter(100.25, 1, priors_of(reducer()))
+    choice, angle = wave.reindexed(3, LOBES)
+    assert choice == dict(wave.choice)
+    assert abs(angle) == pytest.approx(100.25 * 2.0 * math.pi * 3 / LOBES)
+
+
+def test_hats_are_a_partition_of_unity():
+    x = np.array([0.0, 0.25, 1.0, 2.9, 3.0, 4.0])
+    found = hat_functions(x, 5)
+    np.testing.assert_allclose(found.sum(axis=1), 1.0)
+    np.testing.assert_allclose(found @ np.arange(5.0), x)
+    assert np.count_nonzero(found) == 2 + 2 + 4
+    around = hat_functions(np.array([3.75, 0.5]), 4, periodic=True)
+    np.testing.assert_allclose(around, [[0.75, 0.0, 0.0, 0.25], [0.5, 0.5, 0.0, 0.0]])
+
+
+def test_torque_since_the_last_reversal():
+    torque = np.array([0.0, 50.0, 100.0, 60.0, -20.0, -100.0, -70.0])
+    direction = np.sign(np.diff(torque, prepend=-1.0))
+    # From 100 N·m back by 40, 120 and 200, from −100 N·m by 30.
+    np.testing.assert_array_equal(
+        torque_since_reversal(torque, direction), [np.inf, np.inf, np.inf, 40.0, 120.0, 200.0, 30.0]
+    )
+
+
+def test_orders_of_mesh_are_those_of_lobes_pins_and_both():
+    found = mesh_orders(reducer().case.drive.trochoid)
+    np.testing.assert_array_equal(found, sorted([*(39 * np.arange(1, 7)), *(40 * np.arange(1, 7)), 1560]))
+
+
+@pytest.mark.parametrize("name", ["equidistant_error", "disc_oval", "wheel_wear_drift", "single_tooth_error"])
+def test_tabulated_columns_of_a_scan_are_differences_of_the_removal(name):
+    (one,), scan = some(name, disc=1), residuals("scan")
+    fresh = Residuals(scan.recording, reducer(), FlankGrid(reducer()))
+    column = fresh.columns([one])[:, 0]
+    tooth = reducer().teeth[0]
+    for c in range(one.coordinates):
+        x = np.zeros(2)
+        x[c] = 1e-3 * one.width
+        after = one.effect(x).apply(reducer()).teeth[0]
+        wanted = removal_between(tooth, after, fresh.phase, fresh.lobe) / UM * 1e3
+        np.testing.assert_allclose(column[:, c], wanted, atol=5e-3 * np.max(np.abs(wanted)))
+    assert one.coordinates == 2 or not np.any(column[:, 1])
+
+
+def test_optimum_names_what_is_certain_and_what_is_implausible():
+    oval, pitch = some("disc_oval", "cumulative_pitch_error", disc=1)
+    best = replace(best_of([oval, pitch], [1.0, 0.0, 0.1, 0.2]), covariance=np.diag([0.04, 0.04, 0.09, 0.01]))
+    # 5 standard deviations, and along (1, 2)/√5 a standard deviation of √(0.09 + 4·0.01)/√5 = 0.161: 1.39 of them.
+    assert best.determined == (oval,)
+    np.testing.assert_array_equal(best.determined_part, [1.0, 0.0])
+    assert not best.implausible
+    assert replace(best, u=np.array([0.0, 0.0, 2.5, 2.5])).implausible
+    assert best.remaining_member([pitch]) is oval
+    assert best.remaining_member([oval, pitch]) is None
+    assert best.remaining_member([some("flank_wear")[0]]) is None
+    np.testing.assert_allclose(best.coordinates(1), pitch.width * np.array([0.1, 0.2]))
+    np.testing.assert_allclose(best.covariance_of(-1), pitch.width**2 * np.diag([0.09, 0.01]))
+
+
+def test_errors_of_all_discs_may_be_turned_by_half_a_turn():
+    (ring, oval) = some("pin_ring_runout", "disc_oval", disc=1)
+    everywhere = next(one for one in library(True) if one.name == "disc_runout" and one.choice.get("disc") is None)
+    best = best_of([ring, oval, everywhere], [0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
+    found = {tuple(m.name for m in members): other.u for members, other in best.rotated_by_180()}
+    # The oval is of one disc, and the same after half a turn.
+    assert set(found) == {("pin_ring_runout",), ("disc_runout",), ("pin_ring_runout", "disc_runout")}
+    np.testing.assert_allclose(found[("disc_runout",)], [0.1, 0.2, 0.3, 0.4, -0.5, -0.6])
+    np.testing.assert_allclose(found[("pin_ring_runout", "disc_runout")], [-0.1, -0.2, 0.3, 0.4, -0.5, -0.6])
