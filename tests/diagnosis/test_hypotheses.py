@@ -1,8 +1,9 @@
-"""A hypothesis by itself: sizes and angles from coordinates, their uncertainty, other lobe indices; error of the model."""
+"""A hypothesis by itself: size, angle, their uncertainty, other lobe indices; and the error of the model."""
 
 from __future__ import annotations
 
 import math
+from collections import Counter
 from dataclasses import replace
 
 import numpy as np
@@ -10,11 +11,14 @@ import pytest
 
 from cycloid_profile.diagnosis.data.recording import torque_since_reversal
 from cycloid_profile.diagnosis.model._model_error import hat_functions, mesh_orders
-from cycloid_profile.diagnosis.model.candidate import Candidate, chatter
+from cycloid_profile.diagnosis.model.candidate import Candidate, candidates, chatter
+from cycloid_profile.diagnosis.model.chatter_spectrum import SPEEDS
+from cycloid_profile.diagnosis.model.exact_model import ExactModel
 from cycloid_profile.diagnosis.model.flank_grid import FlankGrid
+from cycloid_profile.diagnosis.model.optimum import Attempt
 from cycloid_profile.diagnosis.model.priors import priors_of
 from cycloid_profile.diagnosis.model.residuals import Residuals
-from cycloid_profile.effects import removal_between
+from cycloid_profile.effects import CoulombFriction, removal_between
 from cycloid_profile.units import UM
 from tests.diagnosis.test_explanations import best_of
 from tests.diagnosis.test_likelihood import library, reducer, residuals
@@ -148,3 +152,67 @@ def test_errors_of_all_discs_may_be_turned_by_half_a_turn():
     assert set(found) == {("pin_ring_runout",), ("disc_runout",), ("pin_ring_runout", "disc_runout")}
     np.testing.assert_allclose(found[("disc_runout",)], [0.1, 0.2, 0.3, 0.4, -0.5, -0.6])
     np.testing.assert_allclose(found[("pin_ring_runout", "disc_runout")], [-0.1, -0.2, 0.3, 0.4, -0.5, -0.6])
+
+
+@pytest.mark.parametrize("waves", [100.0, 600.0, 1400.0])
+@pytest.mark.parametrize("speed", SPEEDS)
+def test_columns_of_short_waves_are_those_of_the_effect(waves, speed):
+    # Tabulated where the grid resolves them, else one by one.
+    scan, wave = residuals("scan"), chatter(waves, 1, priors_of(reducer()), speed)
+    column = Residuals(scan.recording, reducer(), FlankGrid(reducer())).columns([wave])[:, 0]
+    tooth = reducer().teeth[0]
+    for c in (0, 1):
+        x = 1e-3 * wave.width * np.eye(2)[c]
+        after = wave.effect(x).apply(reducer()).teeth[0]
+        wanted = removal_between(tooth, after, scan.phase, scan.lobe) / UM * 1e3
+        np.testing.assert_allclose(column[:, c], wanted, atol=0.02 * np.max(np.abs(wanted)))
+
+
+def test_effects_have_their_places_on_two_discs_three_cranks_forty_pins():
+    curves, scan = (Counter(one.name for one in library(with_curves)) for with_curves in (True, False))
+    both = Counter(one.name for one in candidates(reducer(), frozenset({0, 1}), False))
+    # Disc 1, disc 2 or both; a scan shows its own disc, two scans also what the discs share.
+    assert (curves["disc_oval"], scan["disc_oval"], both["disc_oval"]) == (3, 1, 3)
+    # What is of one lobe is of one disc; the form of a runout has two kinds.
+    assert (curves["single_tooth_error"], scan["single_tooth_error"]) == (2 * LOBES, LOBES)
+    assert curves["disc_runout"] == 3 * 2
+    # All cranks together or one of three; a hole is that of one crank in one disc.
+    assert curves["crank_eccentricity_error"] == curves["crank_phase_error"] == 4 * 3
+    assert (curves["crank_hole_error"], curves["planet_runout"]) == (3 * 2, 3)
+    assert (curves["single_pin_error"], curves["pin_ring_oval"]) == (40, 1)
+    for one in library(True):
+        if one.name in ("crank_hole_error", "planet_runout", "single_pin_error", "single_tooth_error"):
+            assert None not in one.choice.values()
+
+
+def test_a_fit_is_given_up_only_if_it_cannot_reach_the_best():
+    model = ExactModel(reducer(), [residuals("scan").recording])
+    (one,) = some("equidistant_error", disc=1)
+    best = model.optimum(Attempt((one,), np.array([0.1, 0.0])), 0.0)
+    assert best.converged
+    # Two whole steps and a short one away; steps are one prior width at most.
+    start = best.u + np.array([2.04, 0.0])
+    assert 20.0 < best.R[0, 0] * 0.04**2 < 180.0
+    for ahead, reached in ((0.0, True), (40.0, True), (500.0, False)):
+        again = model.optimum(Attempt((one,), start, beat=best.misfit - ahead), 0.0)
+        assert (again is not None) == reached
+        if again is not None:
+            np.testing.assert_allclose(again.u, best.u, atol=0.2 / math.sqrt(best.R[0, 0]))
+            assert again.misfit == pytest.approx(best.misfit, abs=0.05)
+    # Cut short, it is no optimum.
+    assert not model.optimum(Attempt((one,), start, steps=1), 0.0).converged
+
+
+def test_rows_of_a_loop_near_zero_on_the_stage_may_touch_either_flank():
+    # Friction takes a part of the torque: rows that were away from zero come close to it on the stage.
+    loop = residuals("loop")
+    one = Residuals(loop.recording, CoulombFriction(torque_nm=60.0).apply(reducer()))
+    torque = one.first_order.prediction.terms[0].through / 1e3
+    margin = 0.05 * 412.0 + 0.25 * 60.0
+    near = np.flatnonzero(np.abs(torque) < margin)
+    assert 0 < near.size < torque.size
+    twist = np.ptp(one.first_order.prediction.on_last_flank)
+    wanted = np.zeros((torque.size, near.size))
+    wanted[near, np.arange(near.size)] = twist * (1.0 - np.abs(torque[near]) / margin)
+    np.testing.assert_allclose(one.row_error, wanted, rtol=1e-9)
+    assert loop.row_error.shape == (loop.residual.size, 0)

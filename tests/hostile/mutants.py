@@ -89,7 +89,7 @@ TESTS = {
     "diagnosis/model": files(
         "diagnosis",
         "not_yet_proposed priors lobe_index exact_detectability other_locations unscanned_waves separable "
-        "chatter_spectrum controls blind_cases likelihood detection",
+        "chatter_spectrum controls blind_cases likelihood detection hypotheses",
     ),
     "diagnosis/search": files(
         "diagnosis", "moves lobe_index other_locations unscanned_waves chatter_spectrum blind_cases seam"
