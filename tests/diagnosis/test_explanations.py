@@ -230,3 +230,56 @@ def test_a_remainder_is_known_as_well_as_its_points_allow():
     assert 0.5 < errors[0] / stated[0] < 2.0
     # Of neighbours with a correlation of one half a third of the information is left.
     assert stated[1] / stated[0] == pytest.approx(math.sqrt(3.0), rel=0.2)
+
+
+def test_noise_alone_leaves_no_curve():
+    # A curve must gain four standard deviations of χ²: one noise in thirty thousand does.
+    for seed in range(12):
+        draw = np.random.default_rng(seed)
+        x = np.sort(draw.uniform(0.0, 2.0 * math.pi * 12, 600))
+        assert smooth_remainder([ScanResidual(x, 0.3 * UM * draw.normal(size=x.size), 0.3 * UM)], 12) is None
+
+
+def test_angles_that_fit_as_well_after_half_a_turn_are_notes():
+    ring, everywhere = some("pin_ring_runout", "cumulative_pitch_error", disc=None)
+    final = replace(best_of([ring, everywhere], [0.1, 0.2, 0.3, 0.4]), chi2=1000.0)
+
+    def notes(*chi2: float | None) -> list[str]:
+        answers = iter(None if one is None else SimpleNamespace(chi2=one) for one in chi2)
+        return alternatives.rotation_notes(SimpleNamespace(state=lambda *_: next(answers)), final)
+
+    # In turn: the ring, the discs, and both together. Nine of χ² are three standard deviations.
+    assert notes(1009.1, 1009.1, 1009.1) == []
+    assert notes(None, None, None) == []
+    (one,) = notes(1009.1, 1008.9, 1009.1)
+    assert one.startswith("phase_deg of cumulative_pitch_error plus 180° fits as well")
+    (both,) = notes(1009.1, None, 990.0)
+    assert both.startswith("phase_deg of pin_ring_runout and phase_deg of cumulative_pitch_error plus 180° together")
+    # Both together follow from each alone.
+    assert len(notes(1001.0, 1001.0, 1001.0)) == 2
+
+
+def test_alternatives_are_fitted_exactly_unless_they_were():
+    oval, pitch = some("disc_oval", "cumulative_pitch_error", disc=1)
+    (twin,) = some("disc_oval", disc=2)
+    known = Library((oval, pitch, twin), 2)
+    best = best_of([oval], [0.9, 0.0], misfit=100.0)
+    asked = []
+
+    def optimum(attempt, prior):
+        asked.append((attempt.members, attempt.beat, prior))
+        return best_of(attempt.members, [0.5, 0.0], misfit=105.0)
+
+    fitted = best_of([twin], [0.8, 0.1], misfit=99.0)
+    found = SimpleNamespace(
+        library=known, best=best, fitted=[fitted], model=SimpleNamespace(optimum=optimum), start=lambda _: None
+    )
+    ((other, again), (far,)) = (
+        alternatives._swapped(found, 0, [(1, 1.0), (2, 1.0)]),
+        alternatives._swapped(found, 0, [(1, 20.0)]),
+    )
+    assert (other.members, again.members, far.members) == ((pitch,), (twin,), (pitch,))
+    assert again.misfit == 99.0
+    # A near one is fitted to the end, a far one as long as it can still reach the best.
+    prior = known.prior([pitch])
+    assert asked == [((pitch,), math.inf, prior), ((pitch,), 100.0, prior)]

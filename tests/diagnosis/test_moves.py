@@ -20,11 +20,13 @@ from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
 from cycloid_profile.diagnosis.model.whitened import Whitened, normal_equations
 from cycloid_profile.diagnosis.search import _second_order as second
 from cycloid_profile.diagnosis.search._proposals import linear_proposals
+from cycloid_profile.diagnosis.search._starts import of_finite_size
 from cycloid_profile.diagnosis.search._subsampling import smallest_subsample, subsample
 from cycloid_profile.diagnosis.search._symmetric_parts import on_other_parts
 from cycloid_profile.diagnosis.search.lobe_index import index_lobes, offsets_about, with_offsets
 from cycloid_profile.diagnosis.search.seam import _power_from_each_lobe
 from cycloid_profile.measurement import parse_measurement
+from cycloid_profile.rig import Settings, simulate
 from tests.diagnosis import blind
 from tests.diagnosis.test_likelihood import equations, library, reducer, residuals
 
@@ -106,7 +108,7 @@ def some(*names: str, **choice: object) -> tuple[Candidate, ...]:
         next(
             one
             for one in library(True)
-            if one.name == name and all(one.choice.get(k, v) == v for k, v in choice.items())
+            if one.name == name and all(one.choice.get(k, v) == v for k, v in choice.items() if k in one.choice)
         )
         for name in names
     )
@@ -206,3 +208,53 @@ def test_pairs_with_one_effect_of_first_order_are_solved_together():
         wanted = np.linalg.solve(A, b)
         assert both == pytest.approx(float(wanted @ b), rel=1e-6)
         np.testing.assert_allclose(np.concatenate([amounts, u]), wanted, rtol=1e-6, atol=1e-9)
+
+
+@cache
+def turned(name: str, *parts: tuple[str, int], size: float) -> ExactModel:
+    """A turn of 60 rows of one effect, its size in prior widths."""
+    (one,) = some(name, **dict(parts))
+    machine = one.effect(np.array([size, 0.0]) * one.width).apply(reducer())
+    file = simulate(machine, "lost_motion_map", Settings(noise=1e-4, seed=1, points=60))
+    return ExactModel(reducer(), [record(reducer(), file)])
+
+
+def test_single_effects_start_at_a_finite_size_of_the_right_sign():
+    model = turned("pin_circle_radius_error", size=-0.8)
+    (right,), others = some("pin_circle_radius_error"), some("coulomb_friction", "crank_bearing_clearance")
+    known = Library((*others, right), 2)
+    linear = normal_equations(model.baseline.blocks, known.candidates)
+    found = of_finite_size(model, known, linear, (0,))
+    assert found[0].members == (right,)
+    assert found[0].start[0] == pytest.approx(-0.8, rel=0.3)
+    assert found[0].start[1] == 0.0
+    # Each at most once in either direction, and one-sided effects in one.
+    tried = [(one.members[0].name, bool(one.start[0] > 0.0)) for one in found]
+    assert len(set(tried)) == len(tried)
+    assert all(up for name, up in tried if name != right.name)
+    # Best first: the fall of χ² by a multiple of the response at half a width.
+    (u,), state = found[0].start[:1], model.state([right], np.array([-0.5, 0.0]))
+    column = second.change_of_predictions(model.baseline, state)[:, np.newaxis]
+    fall, (amount,) = second.chi2_reduction(model.baseline.blocks, column)
+    assert u == pytest.approx(-0.5 * amount)
+    assert fall > 0.5 * model.baseline.chi2
+
+
+def test_what_all_discs_share_acts_by_its_square_and_twice_its_angle():
+    model = turned("cumulative_pitch_error", ("disc", None), size=0.5)
+    (pitch,), (own,) = some("cumulative_pitch_error", disc=None), some("cumulative_pitch_error", disc=1)
+    known = Library((own, pitch), 2)
+    ((place, columns),) = second._second_order_responses(model, known)
+    assert known.candidates[place] is pitch
+    # A new solve at any angle of that size, from the three patterns.
+    for angle in (0.3, 1.9):
+        u = 0.5 * np.array([math.cos(angle), math.sin(angle)])
+        exact = second.change_of_predictions(model.baseline, model.state([pitch], u))
+        predicted = columns @ [math.cos(2.0 * angle), math.sin(2.0 * angle), 1.0]
+        np.testing.assert_allclose(predicted, exact, atol=0.1 * np.max(np.abs(exact)))
+    # The start that explains most is near the machine's, or half a turn further.
+    linear = normal_equations(model.baseline.blocks, known.candidates)
+    members, u = second.second_order(model, known, linear)[0]
+    assert members == [place]
+    assert 0.25 < math.hypot(*u) < 1.0
+    assert abs(math.sin(math.atan2(u[1], u[0]))) < 0.3
