@@ -39,6 +39,7 @@ from tests.diagnosis import blind
 
 NOISES = {
     "white": Noise(0.3),
+    "every other row": Noise(1.0, 0.0, -0.4),
     "AR(1)": Noise(0.3, 0.7),
     "AR(2)": Noise(0.3, 0.64, -0.4),
     "rough": Noise(2.0, -0.3, 0.5),

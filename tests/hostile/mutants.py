@@ -85,7 +85,9 @@ TESTS = {
         "removals effect_tables pins_on_springs first_order shape_families short_waves loops_of_real_reducers "
         "first_stage_and_forms effects_on_the_rig empirical plugins",
     ),
-    "diagnosis/data": files("diagnosis", "drift repeats gross_errors dense_scans noise bad_files likelihood"),
+    "diagnosis/data": files(
+        "diagnosis", "drift repeats gross_errors dense_scans noise bad_files likelihood hypotheses"
+    ),
     "diagnosis/model": files(
         "diagnosis",
         "not_yet_proposed priors lobe_index exact_detectability other_locations unscanned_waves separable "
