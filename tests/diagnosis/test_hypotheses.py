@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cycloid_profile.diagnosis.data.recording import torque_since_reversal
+from cycloid_profile.diagnosis.data.recording import record, torque_since_reversal
 from cycloid_profile.diagnosis.model._model_error import hat_functions, mesh_orders
 from cycloid_profile.diagnosis.model.candidate import Candidate, candidates, chatter
 from cycloid_profile.diagnosis.model.chatter_spectrum import SPEEDS
@@ -19,7 +19,9 @@ from cycloid_profile.diagnosis.model.optimum import Attempt
 from cycloid_profile.diagnosis.model.priors import priors_of
 from cycloid_profile.diagnosis.model.residuals import Residuals
 from cycloid_profile.effects import CoulombFriction, removal_between
+from cycloid_profile.measurement import parse_measurement
 from cycloid_profile.units import UM
+from tests.diagnosis import blind
 from tests.diagnosis.test_explanations import best_of
 from tests.diagnosis.test_likelihood import library, reducer, residuals
 from tests.diagnosis.test_moves import some
@@ -106,6 +108,20 @@ def test_torque_since_the_last_reversal():
     np.testing.assert_array_equal(
         torque_since_reversal(torque, direction), [np.inf, np.inf, np.inf, 40.0, 120.0, 200.0, 30.0]
     )
+
+
+def test_rows_of_a_loop_near_zero_and_after_a_reversal_are_omitted():
+    text = blind.loop(blind.Reducer(), [], rows=501, noise=blind.Noise(0.001), seed=2)
+    one = record(reducer(), parse_measurement(text, "loop.csv"))
+    torque = one.measurement["torque_nm"] / 412.0
+    # Up to the largest torque, down to its opposite and up again, in steps of a hundredth.
+    since = np.full(torque.size, np.inf)
+    for turn in (int(np.argmax(torque)), int(np.argmin(torque))):
+        since[turn + 1 :] = np.abs(torque[turn + 1 :] - torque[turn])
+    kept = np.zeros(torque.size, dtype=bool)
+    kept[one.rows] = True
+    clear = np.abs(np.abs(torque) - 0.05) > 0.006
+    np.testing.assert_array_equal(kept[clear], ((np.abs(torque) > 0.05) & (since > 0.0499))[clear])
 
 
 def test_orders_of_mesh_are_those_of_lobes_pins_and_both():

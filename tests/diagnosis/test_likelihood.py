@@ -18,7 +18,7 @@ from scipy.stats import norm
 
 from cycloid_profile.design import as_built_reducer
 from cycloid_profile.diagnosis import Residuals, nuisance_fitted
-from cycloid_profile.diagnosis.data.noise import Noise, sidak, upper_tail
+from cycloid_profile.diagnosis.data.noise import Noise, _Ordinates, sidak, upper_tail
 from cycloid_profile.diagnosis.data.recording import record
 from cycloid_profile.diagnosis.model.candidate import Candidate, candidates
 from cycloid_profile.diagnosis.model.evidence import (
@@ -81,6 +81,18 @@ def test_correlations_are_those_of_the_spectrum_of_means_and_of_fewer_rows(noise
             wanted = rows @ C[: 3 * n, : 3 * n] @ rows.T
             np.testing.assert_allclose(found.sigma**2 * toeplitz(found.correlation(3)), wanted, atol=1e-12)
         assert noise.mean_sigma(n) == noise.averaged(n).sigma
+
+
+@pytest.mark.parametrize(("rho", "partial"), [(0.643, -0.413), (0.347, 0.231), (-0.213, 0.573)])
+def test_the_most_likely_noise_of_its_own_spectrum_is_itself(rho, partial):
+    # Ordinates that are their own expectation. The grid has steps of 0.02, the finer one about its best of 0.004.
+    true, omega = Noise(2.0, rho, partial), np.pi * (np.arange(9600) + 0.5) / 9600
+    one, none = np.ones(omega.size), np.zeros(omega.size)
+    spectrum = _Ordinates(omega, true.spectrum(omega), one, one, none > 0.0, none)
+    found = spectrum._banded(one, 2)
+    assert found.rho == pytest.approx(rho, abs=0.003)
+    assert found.partial == pytest.approx(partial, abs=0.003)
+    assert found.sigma == pytest.approx(2.0, rel=0.01)
 
 
 def test_tail_probabilities():
