@@ -99,6 +99,19 @@ def test_the_foot_does_not_depend_on_where_the_search_begins(theoretical, past):
     np.testing.assert_allclose(again.foot, here.foot, rtol=0.0, atol=1e-7)
 
 
+@pytest.mark.parametrize("turn", [-3e-3, 3e-3])
+def test_feet_of_a_turned_disc_lie_across_root_and_tip(theoretical, turn):
+    # 3 mrad move a foot by a tenth of a radian: from one flank of a lobe to the other, or to that of the next lobe.
+    tooth = modify(theoretical, Equidistant(0.03), DeformationCompensation(0.02))
+    meshing = mesh(theoretical.trochoid, [0.002, 0.155])
+    found, centre = gaps(tooth, 3.0, meshing, rotation=turn), meshing.pin_in_lobe(0.0, np.full((2, 1), turn))
+    assert np.any(np.abs(found.foot) > math.pi)
+    assert np.any(found.foot * meshing.phase < 0.0)
+    for pose in range(2):
+        searched = [signed_search(tooth, centre[pose, 0, k], meshing.phase[pose, 0, k], 3.0, 1.6) for k in range(40)]
+        np.testing.assert_allclose(found.gap[pose, 0], searched, atol=1e-6)
+
+
 @pytest.mark.parametrize("crank", [0.0, 1e-3])
 def test_gap_at_a_corner_is_that_of_the_nearer_flank(theoretical, crank):
     # Pins 0 and 20 stand in the root and on the tip, where a compensated tooth has re-entrant corners.
