@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 from cycloid_profile.contact import LoadCase
 from cycloid_profile.contact.disc.classical import take_up_gap
-from cycloid_profile.contact.mesh import gaps, mesh, mesh_cycle, nearest_foot
+from cycloid_profile.contact.mesh import capture_radius, gaps, mesh, mesh_cycle, nearest_foot
 from cycloid_profile.geometry import CentralEccentric, Drive, ToothProfile, Trochoid, undercut_limit
 from cycloid_profile.modification import DeformationCompensation, Equidistant, FlankRotation, RadialMoving, modify
 
@@ -110,6 +110,18 @@ def test_feet_of_a_turned_disc_lie_across_root_and_tip(theoretical, turn):
     for pose in range(2):
         searched = [signed_search(tooth, centre[pose, 0, k], meshing.phase[pose, 0, k], 3.0, 1.6) for k in range(40)]
         np.testing.assert_allclose(found.gap[pose, 0], searched, atol=1e-6)
+
+
+@pytest.mark.parametrize("amount", [0.002, 0.02])
+def test_a_foot_is_sought_further_from_the_least_concave_radius_on(theoretical, amount):
+    # The flank as it is ground, next to the root: what was taken from it counts.
+    tooth = modify(theoretical, Equidistant(0.03), DeformationCompensation(amount))
+    psi = np.linspace(0.0, 2.0 * math.pi, 2001)[1:-1]
+    capture = capture_radius(tooth, psi, None)
+    near = np.isfinite(capture) & (psi < math.pi)
+    curvature = tooth.at(psi[near], np.ones(np.count_nonzero(near))).curvature
+    assert np.ptp(capture[near]) == 0.0
+    assert capture[near][0] == pytest.approx(1.0 / np.max(curvature), rel=3e-3)
 
 
 @pytest.mark.parametrize("crank", [0.0, 1e-3])

@@ -283,3 +283,28 @@ def test_alternatives_are_fitted_exactly_unless_they_were():
     # A near one is fitted to the end, a far one as long as it can still reach the best.
     prior = known.prior([pitch])
     assert asked == [((pitch,), math.inf, prior), ((pitch,), 100.0, prior)]
+
+
+def test_the_nearest_alternatives_join_the_group_if_they_fit_exactly():
+    oval, pitch = some("disc_oval", "cumulative_pitch_error", disc=1)
+    known, R = Library((oval, pitch), 2), np.diag([50.0, 50.0, 40.0, 40.0])
+    R[0, 2] = R[2, 0] = 44.0
+    linear = equations(R[:, 0] * 0.9, R, [oval, pitch])
+    for misfit, group in ((105.0, [pitch]), (120.0, [])):
+        said: list[str] = []
+        model = SimpleNamespace(
+            only_loops=False, reducer=reducer(), optimum=lambda one, _, m=misfit: best_of(one.members, [0.5, 0.0], m)
+        )
+        found = SimpleNamespace(
+            library=known, equations=linear, best=best_of([oval], [0.9, 0.0], 100.0), fitted=[], model=model,
+            start=lambda _: None,
+        )  # fmt: skip
+        assert alternatives.ambiguity_group(found, linear, 0, said.append) == group
+        assert said == ["alternatives: cumulative_pitch_error"]
+    # Nothing to evaluate, nothing to say.
+    alone = SimpleNamespace(
+        library=Library((oval,), 2), equations=equations(R[:2, 0], R[:2, :2], [oval]), best=found.best, fitted=[],
+        model=model, start=lambda _: None,
+    )  # fmt: skip
+    assert alternatives.ambiguity_group(alone, alone.equations, 0, said.append) == []
+    assert len(said) == 1
