@@ -232,3 +232,32 @@ def test_rows_of_a_loop_near_zero_on_the_stage_may_touch_either_flank():
     wanted[near, np.arange(near.size)] = twist * (1.0 - np.abs(torque[near]) / margin)
     np.testing.assert_allclose(one.row_error, wanted, rtol=1e-9)
     assert loop.row_error.shape == (loop.residual.size, 0)
+
+
+def test_the_path_of_a_printed_loop_errs_by_a_share_of_its_twist():
+    # Hats along the path, or over the torque of either branch: constant and linear errors are among their sums.
+    loop = residuals("loop")
+    one = Residuals(loop.recording, replace(reducer(), quality="printed"))
+    torque, size = loop.recording.measurement["torque_nm"], 0.04 * np.ptp(one.first_order.prediction.on_last_flank)
+    path = np.cumsum(np.abs(np.diff(torque, prepend=torque[0])))[one.recording.rows]
+    np.testing.assert_allclose(one.path_error.sum(axis=1), size)
+    knots = 0.05 * np.max(np.abs(torque)) * np.arange(one.path_error.shape[1])
+    np.testing.assert_allclose(one.path_error @ knots, size * path, rtol=1e-9)
+    # A loop up to twice the torque: its knots are twice as far apart.
+    for peak in (412.0, 824.0):
+        found, knots = one.branch_error(peak), np.linspace(-peak, peak, 41)
+        assert found.shape == (torque[one.recording.rows].size, 2 * knots.size)
+        up, down = found[:, :41], found[:, 41:]
+        assert not np.any(up.any(axis=1) & down.any(axis=1))
+        np.testing.assert_allclose(found.sum(axis=1), size)
+        np.testing.assert_allclose(found @ np.tile(knots, 2), size * torque[one.recording.rows], atol=1e-9 * peak)
+    rising = np.gradient(torque)[one.recording.rows] > 0.0
+    turning = np.abs(np.abs(torque[one.recording.rows]) - 412.0) < 1.0
+    np.testing.assert_array_equal(up.any(axis=1)[~turning], rising[~turning])
+    # Of a change the share of its own largest response; metal has no such error.
+    later = one.under(replace(one.recording, later=True))
+    (series,) = some("series_compliance")
+    response = np.max(np.abs(later.columns([series.change])[:, 0, 0])) * 0.5
+    grown = later.branch_error(412.0, [series.change], np.array([0.5, 0.0]))
+    np.testing.assert_allclose(grown.sum(axis=1), 0.04 * response)
+    assert loop.path_error.shape[1] == loop.branch_error(412.0).shape[1] == 0
