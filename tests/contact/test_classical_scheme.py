@@ -25,6 +25,11 @@ def test_moments_balance_the_disc_share(rv40e, equidistant, radial_moving, torqu
     np.testing.assert_array_equal(result.force > 0.0, result.approach > 0.0)
     assert np.max(result.force) <= result.max_force * (1.0 + 1e-12)
     assert result.history[-1] == (result.max_force, result.delta_max)
+    # Linear springs: all loaded pins are equally stiff, and a small further turn is resisted by each at its lever.
+    np.testing.assert_allclose(result.force, result.pin_stiffness * result.approach, rtol=1e-12)
+    resisted = np.sum(result.pin_stiffness * result.lever**2) / share
+    assert result.torsional_stiffness[0] == pytest.approx(resisted, rel=1e-12)
+    assert np.all((result.pin_stiffness > 0.0) == (result.approach > 0.0))
 
 
 @given(st.floats(0.0, 0.03), st.floats(-0.02, 0.02))

@@ -132,6 +132,14 @@ def test_the_depth_where_near_and_far_field_meet_does_not_matter(rigid, elastic,
     assert Equilibrium().solve(other).delta_max == pytest.approx(Equilibrium().solve(elastic).delta_max, rel=0.01)
 
 
+def test_the_near_field_of_the_law_ends_where_that_of_the_disc_begins(rv40e):
+    # Read at half the pin radius or at all of it, 0.40 of unit modulus and width apart: the law counts the rest.
+    read = [disc_compliance(outline(rv40e), 1.0, NU, 1.0, refinement=0.5, depth=depth).own for depth in (1.5, 3.0)]
+    assert np.median(read[1]) == pytest.approx(3.6, abs=0.4)
+    assert abs(np.median(read[0] - read[1])) < 0.1
+    assert np.max(np.abs(read[0] - read[1])) < 0.2
+
+
 def critical(case: LoadCase, poses: int = 96) -> tuple[float, float, float]:
     """Mean deformation at the critical phase [µm], mean number of loaded pins, and ripple of the rotation [″]."""
     found = Equilibrium(poses=poses).solve(case)

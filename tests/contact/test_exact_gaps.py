@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 from cycloid_profile.contact import LoadCase
 from cycloid_profile.contact.disc.classical import take_up_gap
-from cycloid_profile.contact.mesh import gaps, mesh, mesh_cycle, nearest_foot
+from cycloid_profile.contact.mesh import capture_radius, gaps, mesh, mesh_cycle, nearest_foot
 from cycloid_profile.geometry import CentralEccentric, Drive, ToothProfile, Trochoid, undercut_limit
 from cycloid_profile.modification import DeformationCompensation, Equidistant, FlankRotation, RadialMoving, modify
 
@@ -86,6 +86,42 @@ def test_gaps_agree_with_a_forty_digit_foot_point(theoretical, changes):
             sides = (1, -1) if tooth.corners else (1,)
             expected = min(reference_gap(tooth, complex(centre[pose, 0, k]), start, s) for s in sides)
             assert found.gap[pose, 0, k] == pytest.approx(expected, abs=1e-9)
+
+
+@pytest.mark.parametrize("past", [-0.12, -0.03, 0.03, 0.12])
+def test_the_foot_does_not_depend_on_where_the_search_begins(theoretical, past):
+    # Roots and tips are corners: the search begins on the other flank as often as not.
+    tooth = modify(theoretical, Equidistant(0.03), DeformationCompensation(0.02))
+    meshing = mesh(theoretical.trochoid, RNG.uniform(0.0, 6.0, 12))
+    here = gaps(tooth, 3.0, meshing)
+    again = gaps(tooth, 3.0, meshing, start=here.foot + past)
+    np.testing.assert_allclose(again.gap, here.gap, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(again.foot, here.foot, rtol=0.0, atol=1e-7)
+
+
+@pytest.mark.parametrize("turn", [-3e-3, 3e-3])
+def test_feet_of_a_turned_disc_lie_across_root_and_tip(theoretical, turn):
+    # 3 mrad move a foot by a tenth of a radian: from one flank of a lobe to the other, or to that of the next lobe.
+    tooth = modify(theoretical, Equidistant(0.03), DeformationCompensation(0.02))
+    meshing = mesh(theoretical.trochoid, [0.002, 0.155])
+    found, centre = gaps(tooth, 3.0, meshing, rotation=turn), meshing.pin_in_lobe(0.0, np.full((2, 1), turn))
+    assert np.any(np.abs(found.foot) > math.pi)
+    assert np.any(found.foot * meshing.phase < 0.0)
+    for pose in range(2):
+        searched = [signed_search(tooth, centre[pose, 0, k], meshing.phase[pose, 0, k], 3.0, 1.6) for k in range(40)]
+        np.testing.assert_allclose(found.gap[pose, 0], searched, atol=1e-6)
+
+
+@pytest.mark.parametrize("amount", [0.002, 0.02])
+def test_a_foot_is_sought_further_from_the_least_concave_radius_on(theoretical, amount):
+    # The flank as it is ground, next to the root: what was taken from it counts.
+    tooth = modify(theoretical, Equidistant(0.03), DeformationCompensation(amount))
+    psi = np.linspace(0.0, 2.0 * math.pi, 2001)[1:-1]
+    capture = capture_radius(tooth, psi, None)
+    near = np.isfinite(capture) & (psi < math.pi)
+    curvature = tooth.at(psi[near], np.ones(np.count_nonzero(near))).curvature
+    assert np.ptp(capture[near]) == 0.0
+    assert capture[near][0] == pytest.approx(1.0 / np.max(curvature), rel=3e-3)
 
 
 @pytest.mark.parametrize("crank", [0.0, 1e-3])

@@ -8,7 +8,14 @@ import numpy as np
 import pytest
 
 from cycloid_profile.contact import LoadCase, Palmgren, WeberBanaschek
-from cycloid_profile.contact.bodies import AxialRelief, FaceWidth, PartDeviations, disc_compliance, support_model
+from cycloid_profile.contact.bodies import (
+    NO_DEVIATIONS,
+    AxialRelief,
+    FaceWidth,
+    PartDeviations,
+    disc_compliance,
+    support_model,
+)
 from cycloid_profile.contact.disc import Classical, Equilibrium
 from cycloid_profile.contact.mesh import gaps
 from cycloid_profile.contact.stage import (
@@ -19,6 +26,7 @@ from cycloid_profile.contact.stage import (
     energy_about,
     minimise,
 )
+from cycloid_profile.contact.stage.loaded_contacts import curved_contacts
 from cycloid_profile.errors import LoadError
 from cycloid_profile.geometry import DiscOutline, circular_contour, ring_of_holes
 from cycloid_profile.modification import Equidistant, modify
@@ -76,6 +84,28 @@ def test_one_disc_on_a_held_crank_takes_slices_as_well(rv40e):
     assert crowned.max_edge_pressure > crowned.max_pressure
     assert np.all(np.abs(crowned.rotation) > np.abs(plane.rotation))
     np.testing.assert_array_equal(crowned.slope, 0.0)
+    for one in (plane, sliced, crowned):
+        np.testing.assert_array_equal(one.approach[one.force == 0.0], 0.0)
+        np.testing.assert_array_equal(one.receded, 0.0)
+
+
+def test_the_force_of_a_tilted_disc_by_the_curvature_is_that_of_its_slices(rv40e):
+    # Discs that may tilt under a taper: every slice has an approach of its own, and their forces are that of the pin.
+    case = case_of(rv40e, tooth=AxialRelief(taper=0.006), tilt_stiffness=1e5)
+    sharing = solved(case)
+    at = curved_contacts(sharing, NO_DEVIATIONS)
+    some, sums = (at.pose, at.disc, at.pin), []
+    assert np.max(np.abs(sharing.slope[some])) * rv40e.disc_width > 1e-4
+    for change in (0.0, 1e-5, -1e-5):
+        contact = case.line_contact(at.curvature + change)
+        total = np.zeros(at.force.size)
+        for z, weight in zip(*case.width.rule, strict=True):
+            sunk = sharing.approach[some] + z * sharing.slope[some] - case.width.relief(z)
+            total += weight * case.law.force(sunk, contact)
+        sums.append(total)
+    np.testing.assert_allclose(sums[0], at.force, rtol=1e-6, atol=1e-3)
+    slope = (sums[1] - sums[2]) / 2e-5
+    np.testing.assert_allclose(at.force_by_curvature, slope, rtol=0.0, atol=1e-5 * np.max(np.abs(slope)))
 
 
 def test_the_classical_scheme_knows_no_width(rv40e):

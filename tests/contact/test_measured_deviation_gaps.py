@@ -165,6 +165,18 @@ def test_gap_of_a_wavy_tooth_is_that_of_the_nearest_foot(waves, amplitude, at, l
     assert np.count_nonzero(excess > 1e-10) <= 2
 
 
+def test_feet_on_waves_that_differ_from_lobe_to_lobe():
+    # Of several feet the nearest is that of the pin's own lobe, whose waves no other has.
+    phase = spread(288 * Z_C, Z_C)
+    turn = np.random.default_rng(6).uniform(0.0, 6.3, Z_C)[(phase // (2.0 * math.pi)).astype(int)]
+    curve = Curve(3.006, (NormalDeviation(phase, 2.0 * UM * np.sin(24.0 * phase + turn), Z_C),))
+    found = gaps(curve.tooth(), PIN_RADIUS, mesh(TROCHOID, [0.3])).gap[0, 0]
+    excess = found - [curve.nearest(pin)[1] - PIN_RADIUS for pin in pins_on_disc(0.3)]
+    assert np.all(excess > -1e-10)
+    assert np.all(excess < 0.15 * UM)
+    assert np.count_nonzero(excess > 1e-10) <= 2
+
+
 def test_waves_do_give_several_feet():
     # The case above is what it says: many pins have another minimum of the distance within 3 µm of the least.
     phase = spread(12 * 24, 1)

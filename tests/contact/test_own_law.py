@@ -71,9 +71,10 @@ def test_no_force_without_approach():
 @pytest.mark.parametrize("delta", [1e-14, 0.2])
 def test_force_is_the_slope_of_the_energy_beyond_the_table_too(delta):
     own, at, step = LawFromApproach(LAWS["roark"].approach), contact([-0.03]), 1e-5 * delta
-    force = own.response(np.array([delta]), at)[0]
-    above, below = (own.response(np.array([delta + way * step]), at)[2] for way in (1.0, -1.0))
-    np.testing.assert_allclose((above - below) / (2.0 * step), force, rtol=1e-8)
+    force, stiffness, _ = own.response(np.array([delta]), at)
+    above, below = (own.response(np.array([delta + way * step]), at) for way in (1.0, -1.0))
+    np.testing.assert_allclose((above[2] - below[2]) / (2.0 * step), force, rtol=1e-8)
+    np.testing.assert_allclose((above[0] - below[0]) / (2.0 * step), stiffness, rtol=1e-8)
     np.testing.assert_allclose(force, LAWS["roark"].force(delta, at), rtol=0.1)
 
 

@@ -7,7 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cycloid_profile.contact.bodies import LinearBearing, crank_turn_per_carrier_turn, support_model
+from cycloid_profile.contact.bodies import (
+    LinearBearing,
+    PartDeviations,
+    crank_turn_per_carrier_turn,
+    support_model,
+)
 from cycloid_profile.contact.mesh import mesh
 from cycloid_profile.geometry import CentralEccentric, Cranks, Drive, InvoluteStage, Trochoid
 
@@ -68,3 +73,23 @@ def test_shifts_are_weighed_with_the_pin_circle_and_turns_are_not(support, per_d
     arm = support_model(drive, np.array([[0.0, np.pi]])).arm
     disc = [64.0, 64.0, 1.0][:per_disc]
     np.testing.assert_array_equal(arm, [1.0, *disc, *disc])
+
+
+def test_errors_of_parts_turn_with_their_parts(rv40e):
+    # An eccentric's error turns with its crank, a bore's with the carrier, −φ/z_c; each is a stretch at rest.
+    crank = mesh(rv40e.trochoid, [0.0, 0.4, 2.0], 2).crank_angle
+    eccentric, bore = np.zeros((2, 3), dtype=complex), np.zeros((2, 3), dtype=complex)
+    eccentric[1, 2], bore[0, 1] = 2e-3 + 1e-3j, 3e-3 - 1e-3j
+    stretch = support_model(rv40e, crank, PartDeviations(eccentric_shift=eccentric, bore_shift=bore)).misfit
+    found = (stretch[..., 0] + 1j * stretch[..., 1]).reshape(3, 2, 3)
+    wanted = np.zeros_like(found)
+    wanted[:, 1, 2] = eccentric[1, 2] * np.exp(1j * crank[:, 1])
+    wanted[:, 0, 1] = -bore[0, 1] * np.exp(-1j * crank[:, 0] / 39.0)
+    np.testing.assert_allclose(found, wanted, rtol=0.0, atol=1e-15)
+    # A crank that runs ahead at its planet's angle swings its eccentric round, on both discs.
+    lead = np.array([1e-4, 2e-4j, 0.0])
+    stretch = support_model(rv40e, crank, PartDeviations(crank_lead=lead)).misfit
+    ahead = (lead * np.exp(1j * crank[:, :1] * (1.0 + 1.0 / 39.0))).real[:, np.newaxis]
+    swung = 1.3 * (np.exp(1j * (crank[..., np.newaxis] + ahead)) - np.exp(1j * crank)[..., np.newaxis])
+    found = (stretch[..., 0] + 1j * stretch[..., 1]).reshape(3, 2, 3)
+    np.testing.assert_allclose(found, swung, rtol=0.0, atol=1.3 * 2e-4**2)

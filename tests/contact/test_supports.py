@@ -104,6 +104,34 @@ def test_an_overhang_is_a_cantilever():
     assert seats.compliance()[0, 0] == pytest.approx(20.0**3 / (20.0 * EI) + 20.0 / (3.0 * GA), rel=1e-4)
 
 
+@pytest.mark.parametrize("powers", [(1.0,), (0.0, 1.0), (0.3, -0.2, 0.5), (0.1, 0.4, -0.3, 0.2)])
+def test_seats_and_beam_store_the_energy_of_a_deflection(powers):
+    # w, a cubic at most: ∫ w²/c over the seats, by shapes that are cubics. Bent to a parabola: E I ∫ w″².
+    seats, node = replace(SEATS, span=8.0), np.array([-12.0, -9.0, -8.5, -5.0, 0.0, 2.0, 7.0, 12.0])
+    w, found = np.polynomial.Polynomial(powers), np.zeros(2 * node.size)
+    found[::2], found[1::2] = w(node), w.deriv()(node)
+    seated = np.array([True, False, True, True, False, False, True])
+    square = (w * w).integ()
+    wanted = sum(square(b) - square(a) for a, b, there in zip(node[:-1], node[1:], seated, strict=True) if there)
+    K = seats._foundation(node, seated)
+    np.testing.assert_allclose(K, K.T, rtol=1e-12, atol=0.0)
+    assert found @ K @ found == pytest.approx(wanted / seats.seat_compliance, rel=1e-12)
+    B = seats._bending_stiffness(node)
+    np.testing.assert_allclose(B, B.T, rtol=1e-12, atol=0.0)
+    if len(powers) < 4:
+        bent = (w.deriv(2) ** 2).integ()
+        EI = 206e3 * math.pi * 81.0 / 4.0
+        assert found @ B @ found == pytest.approx(EI * (bent(12.0) - bent(-12.0)), rel=1e-9, abs=1e-6 * np.max(B))
+    # A unit force spread over a disc does the work of the mean deflection there.
+    even, z = (
+        seats._even_load(np.array([-12.0, -8.0, -1.0, 3.5, 12.0]), -2.25),
+        np.array([-12.0, -8.0, -1.0, 3.5, 12.0]),
+    )
+    at = np.zeros(2 * z.size)
+    at[::2], at[1::2] = w(z), w.deriv()(z)
+    assert even @ at == pytest.approx((w.integ()(3.5) - w.integ()(-8.0)) / 11.5, rel=1e-12)
+
+
 def test_spans_add_and_stiff_seats_clamp():
     # One span under each disc while they fit between the discs, else one for all.
     each, one = (replace(SEATS, span=span).compliance() for span in (8.0, 22.0))

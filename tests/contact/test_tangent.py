@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from cycloid_profile.contact import LoadCase
+from cycloid_profile.contact.bodies import PartDeviations
 from cycloid_profile.contact.disc import Equilibrium
 from cycloid_profile.contact.mesh import gaps
 from cycloid_profile.contact.stage import ContactChange, ContactPoints, StageEquilibrium, StageTangent
@@ -67,6 +68,60 @@ def test_gaps_of_pins_that_carry_nothing_turn_nothing(rv40e):
     np.testing.assert_array_equal(found.pins[nominal.force == 0.0], 0.0)
     # A wider gap lets a positive torque turn further.
     assert np.all(found.pins[nominal.force > 0.0] > 0.0)
+
+
+@pytest.mark.parametrize("play", [0.0, 0.004])
+def test_forces_by_a_deformation_are_those_of_a_new_solve(rv40e, play):
+    # A larger pin deforms its contacts with both discs, a displaced eccentric stretches its bearing.
+    case, nominal, _ = stage(rv40e, play)
+    tangent, pins = StageTangent(nominal), 40
+    some = np.argsort(nominal.force.reshape(len(CRANK), -1), axis=1)[:, -6:]
+    found = tangent.forces_per_deformation(some)
+    pin, size = int(some[0, -1]) % pins, 1e-5
+    changes = {}
+    for name, change in (("pin_oversize", np.zeros(pins)), ("eccentric_shift", np.zeros((2, 3), dtype=complex))):
+        change[pin if name == "pin_oversize" else (1, 2)] = size
+        solved = StageEquilibrium(tolerance=1e-13, deviations=PartDeviations(**{name: change})).at(case, CRANK)
+        changes[name] = np.take_along_axis((solved.force - nominal.force).reshape(len(CRANK), -1), some, axis=1) / size
+    by_pin = found[:, :, pin] + found[:, :, pins + pin]
+    # An eccentric displaced along its own throw, at the angle of its disc.
+    along = np.exp(1j * tangent.crank_angle[:, 1])[:, np.newaxis]
+    bearing = 2 * pins + 2 * (3 + 2)
+    by_eccentric = along.real * found[:, :, bearing] + along.imag * found[:, :, bearing + 1]
+    for predicted, exact in ((by_pin, changes["pin_oversize"]), (by_eccentric, changes["eccentric_shift"])):
+        assert np.max(np.abs(exact)) > 1e3
+        np.testing.assert_allclose(predicted, exact, atol=0.02 * np.max(np.abs(exact)))
+    # Reciprocity: a deformation at one pin loads another as one there loads this.
+    between = np.take_along_axis(found, some[:, np.newaxis], axis=2)
+    np.testing.assert_allclose(between, np.swapaxes(between, 1, 2), rtol=0.0, atol=1e-9 * np.max(between))
+
+
+@pytest.mark.parametrize(("geometric", "error"), [(True, 1e-4), (False, 0.02)])
+def test_motions_and_pressures_of_several_changes_are_those_of_new_solves(rv40e, geometric, error):
+    # Two pins, each a little larger.
+    case, nominal, _ = stage(rv40e, 0.0)
+    tangent, size = StageTangent(nominal, geometric=geometric), 1e-6
+    at, pins = tangent.contacts, 40
+    none = np.zeros(at.force.size)
+    loaded = np.argsort(np.sum(nominal.force, axis=(0, 1)))[::-1][:2]
+    changes = [ContactChange(np.where(at.pin == pin, -1.0, 0.0), none, none, none, none) for pin in loaded]
+    found = tangent.response(changes, [None, None])
+    assert found.pressure.shape == (at.force.size, 2)
+    for number, pin in enumerate(loaded):
+        both = [
+            StageEquilibrium(
+                tolerance=1e-13, deviations=PartDeviations(pin_oversize=sign * size * (np.arange(pins) == pin))
+            ).at(case, CRANK)
+            for sign in (1.0, -1.0)
+        ]
+        turned = (both[0].rotation - both[1].rotation) / (2.0 * size)
+        moved = (both[0].stage.motion - both[1].stage.motion).reshape(len(CRANK), -1) / (2.0 * size)
+        pressed = (both[0].pressure - both[1].pressure)[at.pose, at.disc, at.pin] / (2.0 * size)
+        for predicted, exact in (
+            (found.motion[:, 0, number], turned), (found.motion[:, 1:, number], moved),
+            (found.pressure[:, number], pressed),
+        ):  # fmt: skip
+            np.testing.assert_allclose(predicted, exact, rtol=0.0, atol=error * np.max(np.abs(exact)))
 
 
 def test_equal_gaps_turn_like_the_backlash(rv40e):

@@ -42,6 +42,14 @@ def test_two_rows_displaced_to_opposite_sides_are_errors(row, sigmas, neighbour)
     assert np.flatnonzero(gross_errors(residual, SIGMA)).tolist() == [row, row + 1]
 
 
+@pytest.mark.parametrize(("sigmas", "feature"), [(3.09, False), (3.17, True)])
+def test_a_displaced_neighbour_makes_a_feature_at_three_in_a_thousand(sigmas, feature):
+    # Three tests of the neighbours, 3·Φ(−3.13) = 0.0026, and a second error on either side, 2/5000.
+    residual = np.zeros(ROWS)
+    residual[2000:2002] = 20.0 * SIGMA, sigmas * SIGMA
+    assert np.any(gross_errors(residual, SIGMA)) != feature
+
+
 def test_among_many_reading_errors_two_come_together_by_chance():
     residual = np.zeros(ROWS)
     residual[50::100] = 20.0 * SIGMA

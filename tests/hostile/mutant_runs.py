@@ -7,19 +7,26 @@ differs, fastest first. The answer is a line with the status of the run.
 from __future__ import annotations
 
 import gc
+import importlib
 import json
 import os
 import pickle
 import resource
 import sys
 from collections.abc import Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from types import CodeType, FrameType, FunctionType
 from typing import TextIO
 
 import pytest
 from _pytest.main import pytest_runtestloop
 
+ROOT = Path(__file__).parents[2]
 SECONDS = 120  # of a processor; a mutant whose tests need more has no end
+
+# A mutant must neither find what another run computed, nor leave what others would find.
+CACHE = "XDG_CACHE_HOME"
 
 Place = tuple[str, str, int]
 
@@ -39,7 +46,9 @@ def codes(text: str, path: str) -> Iterator[CodeType]:
 
 
 def change(path: str, old: str, new: str) -> set[Place]:
-    """Give the loaded functions of a module the code of its new text; the places of the functions that differ."""
+    """Give the functions of a module the code of its new text; the places of the functions that differ."""
+    # Many modules are imported inside functions only: not loaded yet, they would come unchanged.
+    importlib.import_module(".".join(Path(path).relative_to(ROOT).with_suffix("").parts))
     kept = set(codes(old, path))
     found = {place_of(code): code for code in codes(new, path) if code not in kept}
     for function in gc.get_objects():
@@ -92,19 +101,24 @@ class Runs:
         touched, seconds = self.noted(session)
         session.items.sort(key=lambda item: seconds[item.nodeid])
         for line in self.mutants:
-            if not (child := os.fork()):
-                resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS + 5))
-                places = change(*json.loads(line))
-                session.items = [item for item in session.items if touched[item.nodeid] & places]
-                os._exit(status(session))
-            print("\nstatus", os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), file=self.answers, flush=True)
+            with TemporaryDirectory() as cache:
+                if not (child := os.fork()):
+                    resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS + 5))
+                    os.environ[CACHE] = cache
+                    places = change(*json.loads(line))
+                    session.items = [item for item in session.items if touched[item.nodeid] & places]
+                    os._exit(status(session))
+                ended = os.waitpid(child, 0)[1]
+            print("\nstatus", os.waitstatus_to_exitcode(ended), file=self.answers, flush=True)
         return True
 
     @staticmethod
     def noted(session: pytest.Session) -> tuple[dict[str, set[Place]], dict[str, float]]:
         """Functions that each test touches, by itself or by its fixtures, and its time. All tests pass, or it ends."""
         read, write = os.pipe()
+        cache = TemporaryDirectory()
         if not os.fork():
+            os.environ[CACHE] = cache.name
             session.config.pluginmanager.register(notes := Touched())
             if status(session) == 0:
                 calls = {
@@ -115,7 +129,7 @@ class Runs:
                     pickle.dump(({test: set().union(*sets) for test, sets in calls.items()}, notes.seconds), file)
             os._exit(0)
         os.close(write)
-        with os.fdopen(read, "rb") as file:
+        with cache, os.fdopen(read, "rb") as file:
             return pickle.load(file)
 
 

@@ -69,42 +69,60 @@ TESTS = {
         "contact", "meshing_poses rv40e_backlash_numbers backlash exact_gaps measured_deviation_gaps"
     ),
     "contact/laws": files("contact", "line_contact_numbers linear_compliance pin_strength own_law contact_laws"),
-    "contact/bodies": files("contact", "support_kinematics running stage_numbers face_width supports elastic_disc"),
-    "contact/disc": files(
-        "contact", "classical_scheme_numbers classical_scheme disc_equilibrium compiled_balance elastic_disc"
+    "contact/bodies": files(
+        "contact", "support_kinematics running stage_numbers face_width supports elastic_disc roller_bearing"
     ),
-    "contact/stage": files("contact", "stage_numbers stage tangent stage_near stage_balance face_width supports"),
+    "contact/disc": files(
+        "contact", "classical_scheme_numbers classical_scheme disc_equilibrium compiled_balance elastic_disc face_width"
+    ),
+    "contact/stage": files(
+        "contact",
+        "stage_numbers stage tangent stage_near stage_near_compiled stage_balance face_width supports "
+        "linear_compliance",
+    ),
     "effects": files(
         "effects",
         "removals effect_tables pins_on_springs first_order shape_families short_waves loops_of_real_reducers "
         "first_stage_and_forms effects_on_the_rig empirical plugins",
     ),
-    "diagnosis/data": files("diagnosis", "drift repeats gross_errors dense_scans noise bad_files"),
+    "diagnosis/data": files(
+        "diagnosis", "drift repeats gross_errors dense_scans noise bad_files likelihood hypotheses"
+    ),
     "diagnosis/model": files(
         "diagnosis",
         "not_yet_proposed priors lobe_index exact_detectability other_locations unscanned_waves separable "
-        "chatter_spectrum controls blind_cases",
+        "chatter_spectrum controls blind_cases likelihood detection hypotheses",
     ),
     "diagnosis/search": files(
-        "diagnosis", "lobe_index other_locations unscanned_waves chatter_spectrum blind_cases seam"
+        "diagnosis", "moves lobe_index other_locations unscanned_waves chatter_spectrum blind_cases seam"
     ),
     "diagnosis/verdict": files(
-        "diagnosis", "remainder nearest_effects result_description other_locations blind_cases change"
+        "diagnosis", "explanations remainder nearest_effects result_description other_locations blind_cases change"
     ),
 }  # fmt: skip
-KERNEL_TESTS = files(
-    "contact",
-    "line_contact_numbers disc_equilibrium stage_numbers stage contact_laws own_law tangent face_width supports "
-    "stage_balance elastic_disc",
-)
+# Those of the compiled functions in a folder, which run uncompiled and some hundred times as long.
+KERNEL_TESTS = {
+    "contact/laws": files("contact", "line_contact_numbers contact_laws own_law disc_equilibrium compiled_balance"),
+    "contact/bodies": (
+        *files("contact", "roller_bearing face_width elastic_disc"),
+        "--deselect=tests/contact/test_elastic_disc.py::test_forces_balance_and_deform_as_they_say[compiled]",
+    ),
+    "contact/disc": files("contact", "disc_equilibrium compiled_balance"),
+    "contact/stage": (
+        *files("contact", "stage_numbers stage tangent stage_balance face_width elastic_disc"),
+        "tests/contact/test_stage_near_compiled.py::test_a_few_poses_settle_at_once_and_with_exact_gaps",
+        "--deselect=tests/contact/test_elastic_disc.py::test_forces_balance_and_deform_as_they_say[compiled]",
+    ),
+}
 ROOMS = ("geometry", "modification", "compensation", "contact", "effects", "diagnosis")
 PACKAGE = ROOT / "cycloid_profile"
 
 
-def tests_of(path: Path) -> tuple[str, ...] | None:
+def tests_of(path: Path, kernel: bool) -> tuple[str, ...] | None:
     """Tests of a source file; None of one outside the rooms."""
-    folders = [folder for folder in TESTS if (PACKAGE / folder) in path.parents]
-    return TESTS[max(folders, key=len)] if folders else None
+    tests = KERNEL_TESTS if kernel else TESTS
+    folders = [folder for folder in tests if (PACKAGE / folder) in path.parents]
+    return tests[max(folders, key=len)] if folders else None
 
 
 class SwapFunction(Operator):
@@ -167,7 +185,7 @@ def places_of(room: str) -> list[list[tuple[Path, int, str, int]]]:
     """All places of a folder, each with its changes: path, line, name of the operator, occurrence."""
     places: dict[tuple[Path, tuple[int, int]], list[tuple[Path, int, str, int]]] = {}
     for path in sorted((PACKAGE / room).rglob("*.py")):
-        if path.name == "__init__.py" or tests_of(path) is None:
+        if path.name == "__init__.py" or tests_of(path, False) is None:
             continue
         tree = get_ast(path.read_text())
         for name, operator in operators().items():
@@ -213,8 +231,8 @@ class Runs:
         raise SystemExit("the tests cannot be collected, or fail without a mutant")
 
     def answer(self, mutant: Mutant) -> str:
-        kernel, path = "from numba import" in mutant.text, ROOT / mutant.path
-        process = self.process(KERNEL_TESTS if kernel else tests_of(path), kernel)
+        kernel, path = "\nfrom cycloid_profile.compiled import" in mutant.text, ROOT / mutant.path
+        process = self.process(tests_of(path, kernel), kernel)
         status = self.status(process, str(path), path.read_text(), mutant.text)
         return {0: "survived", 8: "untouched", -signal.SIGXCPU: "without end"}.get(status, "killed")
 

@@ -1,0 +1,274 @@
+"""Steps of the search by themselves: the lobe index, seams, fewer rows, other parts, other sets, starts."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from cycloid_profile.diagnosis import Residuals
+from cycloid_profile.diagnosis.data.noise import Noise
+from cycloid_profile.diagnosis.data.recording import record
+from cycloid_profile.diagnosis.model.candidate import Candidate
+from cycloid_profile.diagnosis.model.evidence import Library, linear_evidence, log_priors
+from cycloid_profile.diagnosis.model.exact_model import ExactModel
+from cycloid_profile.diagnosis.model.flank_grid import FlankGrid
+from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
+from cycloid_profile.diagnosis.model.whitened import Whitened, normal_equations
+from cycloid_profile.diagnosis.search import _second_order as second
+from cycloid_profile.diagnosis.search._proposals import linear_proposals
+from cycloid_profile.diagnosis.search._starts import _of_each_variety, of_finite_size
+from cycloid_profile.diagnosis.search._subsampling import smallest_subsample, subsample
+from cycloid_profile.diagnosis.search._symmetric_parts import on_other_parts
+from cycloid_profile.diagnosis.search.lobe_index import index_lobes, offsets_about, with_offsets
+from cycloid_profile.diagnosis.search.seam import _power_from_each_lobe
+from cycloid_profile.measurement import parse_measurement
+from cycloid_profile.rig import Settings, simulate
+from tests.diagnosis import blind
+from tests.diagnosis.test_likelihood import equations, library, reducer, residuals
+
+LOBES = 39
+PITCH = blind.Hidden("cumulative_pitch_error", {"amplitude_um": 3.0, "phase_deg": 70.0, "disc": 1})
+
+
+@cache
+def scanned(lobes: int) -> Residuals:
+    """A scan of the pitch error, turned by some lobes on the machine."""
+    text = blind.scan(
+        blind.Reducer(), [PITCH], points=600, noise=blind.Noise(0.3), turn_deg=360.0 / LOBES * lobes, seed=lobes
+    )
+    return Residuals(record(reducer(), parse_measurement(text, f"scan {lobes}.csv")), reducer())
+
+
+def test_a_second_scan_gets_the_lobe_index_of_the_first():
+    lobes, flank_grid = 17, FlankGrid(reducer())
+    files = [scanned(0), scanned(lobes)]
+    first, other = index_lobes(reducer(), files, library(False), flank_grid)
+    # Registration alone turns each scan by less than half a lobe.
+    turned = (other.placed.turn - first.placed.turn) / (2.0 * math.pi) * LOBES
+    assert turned % LOBES == pytest.approx(lobes, abs=0.02)
+    assert first is files[0]
+    # A single file has no other to agree with.
+    assert index_lobes(reducer(), files[1:], library(False), flank_grid)[0] is files[1]
+    # The same about an optimum with the effect.
+    model = ExactModel(reducer(), [one.recording for one in files], flank_grid, files)
+    known = Library(library(False), 2)
+    pitch = next(one for one in known.candidates if one.name == PITCH.name)
+    angle = math.radians(70.0)
+    start = 3.0 / pitch.width * np.array([math.cos(angle), math.sin(angle)])
+    best = ExactModel(reducer(), [files[0].recording], flank_grid, files[:1]).optimum(Attempt((pitch,), start), 0.0)
+    offsets = offsets_about(model, known, best)
+    again = with_offsets(model, offsets)
+    assert offsets[0] == 0
+    assert again.recordings[1].placed.turn == pytest.approx(other.placed.turn, abs=1e-4)
+    assert with_offsets(model, (0, 0)) is model
+
+
+def test_waves_may_begin_at_any_lobe():
+    # Fall of χ² by cosine and sine of waves that run on through lobe 1 and break where they begin, one by one.
+    one, waves = scanned(0), 100.4
+    white = replace(one.recording, noise=Noise(0.3))
+    block = Whitened(one.under(white))
+    z, rows = block.projected(block.z), block.chosen
+    of = (one.position[rows] // (2.0 * math.pi)).astype(int) % LOBES
+    found = _power_from_each_lobe(block, z, waves, of, LOBES)
+    for first in (0, 1, 20, 38):
+        turn = one.position[rows] / LOBES - math.pi / LOBES
+        angle = waves * (turn + 2.0 * math.pi * (of < first))
+        columns = np.stack([np.cos(angle), np.sin(angle)], axis=1) / 0.3
+        fall = z @ columns @ np.linalg.solve(columns.T @ columns, columns.T @ z)
+        assert found[first] == pytest.approx(fall, rel=1e-6)
+
+
+def test_fewer_rows_of_a_curve_are_uneven_and_know_their_noise():
+    turn = residuals("turn").recording
+    recording = replace(turn, noise=Noise(0.1, 0.6))
+    few = subsample(recording, 25)
+    fit = recording.rows[~recording.held_out]
+    step = fit.size // 25
+    assert set(few.rows) <= set(fit)
+    assert few.rows.size == fit.size // step
+    assert not np.any(few.held_out)
+    assert few.noise.rho == pytest.approx(0.6**step)
+    place = np.searchsorted(fit, few.rows)
+    np.testing.assert_array_equal(place // step, np.arange(few.rows.size))  # one of every step
+    assert len(set(place % step)) == step
+    assert subsample(recording, fit.size) is recording
+    scan = residuals("scan").recording
+    assert subsample(scan, 10) is scan
+    model = ExactModel(reducer(), [recording])
+    assert smallest_subsample(model, 1e6) is model  # up to 1000 rows are cheap
+
+
+def some(*names: str, **choice: object) -> tuple[Candidate, ...]:
+    return tuple(
+        next(
+            one
+            for one in library(True)
+            if one.name == name and all(one.choice.get(k, v) == v for k, v in choice.items() if k in one.choice)
+        )
+        for name in names
+    )
+
+
+def optimum_of(members: tuple[Candidate, ...], u: list[float]) -> Optimum:
+    n = 2 * len(members)
+    return Optimum(members, np.array(u), np.eye(n), np.zeros((n, n)), 0.0, 0.0, 100, 7.0, True)
+
+
+def test_equivalent_parts_are_half_a_turn_and_a_third_apart():
+    (oval,), (pitch,) = some("disc_oval", disc=1), some("cumulative_pitch_error", disc=1)
+    known = Library(library(True), 2)
+    # The second disc is mounted 180° further: an oval looks the same, a pitch error is turned round.
+    for member, sign in ((oval, 1.0), (pitch, -1.0)):
+        ((members, u),) = on_other_parts(known, optimum_of((member,), [0.6, 0.2]), 2, 3)
+        (moved,) = known.members(members)
+        assert (moved.name, moved.choice["disc"]) == (member.name, 2)
+        np.testing.assert_allclose(u, sign * np.array([0.6, 0.2]), atol=1e-12)
+    # A crank error of one disc: three cranks on each disc, without the one that it is.
+    (crank,) = some("crank_eccentricity_error", disc=1, crank=2)
+    found = on_other_parts(known, optimum_of((crank,), [0.6, 0.0]), 2, 3)
+    places = {(known.candidates[i].choice["disc"], known.candidates[i].choice["crank"]) for (i,), _ in found}
+    assert places == {(1, 1), (1, 3), (2, 1), (2, 2), (2, 3)}
+    assert all(np.array_equal(u, [0.6, 0.0]) for _, u in found)
+
+
+def test_proposals_are_the_best_sets_of_every_move():
+    # Five effects with patterns of their own; the truth has two of them.
+    members = list(some("disc_oval", "cumulative_pitch_error", "disc_runout", disc=1))
+    members += [next(one for one in library(True) if one.name == name) for name in ("pin_ring_oval", "pin_ring_runout")]
+    R, truth = np.kron(np.diag([50.0, 40.0, 60.0, 30.0, 20.0]), np.eye(2)), np.zeros(10)
+    R[0, 2] = R[2, 0] = 20.0
+    truth[[0, 1, 6]] = 1.0, 0.5, -0.8
+    linear, known = equations(R @ truth, R, members), Library(tuple(members), 2)
+    for base in ((), (0,), (2,), (0, 2), (1, 2)):
+        best = optimum_of(known.members(base), [0.1] * (2 * len(base)))
+        found = linear_proposals(linear, known, best, (0,), anchored=False)
+        proposed = {frozenset(known.places(one.members)) for one in found}
+        # From any set of these, two moves at most lead to the truth.
+        distance = len({0, 3} ^ set(base))
+        assert ({0, 3} in proposed) == (distance <= 2)
+        assert all(len(one ^ set(base)) <= 3 for one in proposed)
+        if len(base) == 2:
+            assert {frozenset([i]) for i in base} <= proposed
+        promised = [one.promised for one in found]
+        assert promised == sorted(promised, reverse=True)
+        for one in found:
+            places = known.places(one.members)
+            assert one.promised == pytest.approx(linear_evidence(linear, known.priors, places))
+            where = [2 * i + c for i in places for c in (0, 1)]
+            A = np.eye(len(where)) + R[np.ix_(where, where)]
+            np.testing.assert_allclose(one.start, np.linalg.solve(A, (R @ truth)[where]), rtol=1e-9, atol=1e-12)
+        # Anchored to the evidence of the exact fit, 7, of the base.
+        anchored = linear_proposals(linear, known, best, (0,), anchored=True)
+        shift = 7.0 - linear_evidence(linear, known.priors, list(base))
+        np.testing.assert_allclose([one.promised for one in anchored], np.array(promised) + shift, rtol=1e-9)
+    np.testing.assert_allclose(known.priors, log_priors(members, 2))
+
+
+def test_a_response_of_second_order_gives_size_and_half_the_angle():
+    for size, angle in ((1.0, 0.4), (1.0, 3.5), (0.2, -1.0)):
+        found = second._coordinates(size * np.array([math.cos(angle), math.sin(angle)]))
+        assert math.hypot(*found) == pytest.approx(0.5 * size**0.7)
+        # Twice the angle of the coordinates is that of the response.
+        assert math.cos(2.0 * math.atan2(found[1], found[0]) - angle) == pytest.approx(1.0)
+    assert math.hypot(*second._coordinates(np.array([1e3, 0.0]))) == pytest.approx(2.0)
+    assert math.hypot(*second._coordinates(np.array([1e-9, 0.0]))) == pytest.approx(0.5 * 0.05**0.7)
+
+
+def test_free_amounts_are_those_of_least_squares():
+    block = Whitened(residuals("turn"))
+    draw = np.random.default_rng(4)
+    columns = draw.normal(size=(block.chosen.size, 2))
+    fall, amounts = second.chi2_reduction([block], columns)
+    G = block.white(columns)
+    before = block.product(block.z, block.z)
+    left = block.z - G @ amounts
+    assert fall == pytest.approx(float(before - block.product(left, left)), rel=1e-6)
+    # No other amounts leave less.
+    for change in ([0.1, 0.0], [0.0, -0.1]):
+        other = block.z - G @ (amounts + change)
+        assert block.product(other, other) > block.product(left, left)
+
+
+def test_pairs_with_one_effect_of_first_order_are_solved_together():
+    block, members = Whitened(residuals("turn")), some("pin_ring_runout", "encoder_eccentricity")
+    linear, G = normal_equations([block], members), block.columns(members)
+    draw = np.random.default_rng(5)
+    columns = draw.normal(size=(block.chosen.size, 2))
+    S, ridge = block.white(columns), np.eye(2) / second._LARGEST**2
+    for both, k, amounts, u in second._given_first_order(linear, [block], [G], columns):
+        own = G[:, 2 * k : 2 * k + 2]
+        left = np.hstack([S, own])
+        A = block.product(left, left) + np.diag([*np.diag(ridge), 1.0, 1.0])
+        b = block.product(left, block.z)
+        wanted = np.linalg.solve(A, b)
+        assert both == pytest.approx(float(wanted @ b), rel=1e-6)
+        np.testing.assert_allclose(np.concatenate([amounts, u]), wanted, rtol=1e-6, atol=1e-9)
+
+
+@cache
+def turned(name: str, *parts: tuple[str, int], size: float) -> ExactModel:
+    """A turn of 60 rows of one effect, its size in prior widths."""
+    (one,) = some(name, **dict(parts))
+    machine = one.effect(np.array([size, 0.0]) * one.width).apply(reducer())
+    file = simulate(machine, "lost_motion_map", Settings(noise=1e-4, seed=1, points=60))
+    return ExactModel(reducer(), [record(reducer(), file)])
+
+
+def test_single_effects_start_at_a_finite_size_of_the_right_sign():
+    model = turned("pin_circle_radius_error", size=-0.8)
+    (right,), others = some("pin_circle_radius_error"), some("coulomb_friction", "crank_bearing_clearance")
+    known = Library((*others, right), 2)
+    linear = normal_equations(model.baseline.blocks, known.candidates)
+    found = of_finite_size(model, known, linear, (0,))
+    assert found[0].members == (right,)
+    assert found[0].start[0] == pytest.approx(-0.8, rel=0.3)
+    assert found[0].start[1] == 0.0
+    # Each at most once in either direction, and one-sided effects in one.
+    tried = [(one.members[0].name, bool(one.start[0] > 0.0)) for one in found]
+    assert len(set(tried)) == len(tried)
+    assert all(up for name, up in tried if name != right.name)
+    # Best first: the fall of χ² by a multiple of the response at half a width.
+    (u,), state = found[0].start[:1], model.state([right], np.array([-0.5, 0.0]))
+    column = second.change_of_predictions(model.baseline, state)[:, np.newaxis]
+    fall, (amount,) = second.chi2_reduction(model.baseline.blocks, column)
+    assert u == pytest.approx(-0.5 * amount)
+    assert fall > 0.5 * model.baseline.chi2
+
+
+def test_what_all_discs_share_acts_by_its_square_and_twice_its_angle():
+    model = turned("cumulative_pitch_error", ("disc", None), size=0.5)
+    (pitch,), (own,) = some("cumulative_pitch_error", disc=None), some("cumulative_pitch_error", disc=1)
+    known = Library((own, pitch), 2)
+    ((place, columns),) = second._second_order_responses(model, known)
+    assert known.candidates[place] is pitch
+    # A new solve at any angle of that size, from the three patterns.
+    for angle in (0.3, 1.9):
+        u = 0.5 * np.array([math.cos(angle), math.sin(angle)])
+        exact = second.change_of_predictions(model.baseline, model.state([pitch], u))
+        predicted = columns @ [math.cos(2.0 * angle), math.sin(2.0 * angle), 1.0]
+        np.testing.assert_allclose(predicted, exact, atol=0.1 * np.max(np.abs(exact)))
+    # The start that explains most is near the machine's, or half a turn further.
+    linear = normal_equations(model.baseline.blocks, known.candidates)
+    members, u = second.second_order(model, known, linear)[0]
+    assert members == [place]
+    assert 0.25 < math.hypot(*u) < 1.0
+    assert abs(math.sin(math.atan2(u[1], u[0]))) < 0.3
+
+
+def test_each_variety_starts_at_the_place_and_angle_that_explain_most():
+    ovals = [one for one in library(True) if one.name == "disc_oval"]
+    (wear, everywhere) = some("flank_wear", "pin_ring_oval")
+    members = [*(one for one in ovals if one.choice["disc"]), wear, everywhere]
+    u = np.array([1.2, 1.6, 0.3, 0.1, -0.5, 0.0, 0.0, 0.0])
+    R = np.diag([10.0, 10.0, 20.0, 20.0, 30.0, 0.0, 10.0, 10.0])
+    found = dict(_of_each_variety(Library(tuple(members), 2), equations(R @ u, R, members)))
+    assert set(found) == {members[0], wear, everywhere}
+    np.testing.assert_allclose(found[members[0]], [0.6, 0.8])
+    # Of one coordinate, or without any pattern: straight on.
+    np.testing.assert_array_equal(found[wear], [1.0, 0.0])
+    np.testing.assert_array_equal(found[everywhere], [1.0, 0.0])
