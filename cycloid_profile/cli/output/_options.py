@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
-from cyclopts import Parameter
+from cyclopts import Parameter, Token, convert
 
 from cycloid_profile.cli.output._terminal import warn
 from cycloid_profile.errors import ExportError, MeasurementError
@@ -43,6 +43,20 @@ Columns = Annotated[
         help="Columns of a file of another program, such as x=X,y=Y,unit=mm; may be repeated, once for each header.",
     ),
 ]
+
+
+def option_value(kind: Any, tokens: Sequence[Token]) -> Any:
+    """The value that words of a command give an option of this kind.
+
+    Raises ``ValueError`` for words that are no number of the kind: the library rounds 11.5 lobes to 12.
+    """
+    for token in tokens if kind in (int, float) else ():
+        try:
+            kind(token.value)
+        except ValueError:
+            wrong = "no whole number: write digits only" if kind is int else "no number: write a decimal point, no unit"
+            raise ValueError(f"'{token.value}' is {wrong}") from None
+    return convert(kind, tokens)
 
 
 def read_files(
