@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter, Token, convert
 
-from cycloid_profile.cli.output._terminal import warn
+from cycloid_profile.cli.output._terminal import print_text, warn
 from cycloid_profile.errors import ExportError, MeasurementError
 
 if TYPE_CHECKING:
@@ -129,6 +129,11 @@ def write_spec_file(text: str, file: Path, protection: Protection) -> None:
     with atomic_folder(file.parent, protection, shared=True) as scratch:
         (scratch / file.name).write_text(text, encoding="utf-8", newline="\n")
         (scratch / SCHEMA_FILE).write_text(spec_schema(), encoding="utf-8", newline="\n")
+
+
+def print_written_spec(file: Path) -> None:
+    """Say where a spec file is and what to run next."""
+    print_text(f"written: {file}", "", "Next:", f"  cycloid-profile build {file} --out exports/{file.stem}")
 
 
 def require_files(files: Sequence[Path], what: str) -> None:
