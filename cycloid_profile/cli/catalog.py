@@ -9,7 +9,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from cycloid_profile.cli.output._encoding import ascii_unless_unicode
-from cycloid_profile.cli.output._options import Force, Json, protection_of, write_spec_file
+from cycloid_profile.cli.output._options import Force, Json, Quiet, print_written_spec, protection_of, write_spec_file
 from cycloid_profile.cli.output._terminal import print_tables, printed_as_json
 from cycloid_profile.errors import SpecError
 
@@ -23,6 +23,7 @@ def catalog(
     ] = None,
     json: Json = None,
     force: Force = False,
+    quiet: Quiet = False,
 ) -> int:
     """List the published drives, or print one as a spec file with its source.
 
@@ -50,6 +51,9 @@ def catalog(
         return 0
     if out is not None:
         write_spec_file(catalog_text(name), out, protection)
-    if not printed_as_json({"schema": 1, **msgspec.to_builtins(catalog_drive(name))}, json, protection) and out is None:
+    printed = printed_as_json({"schema": 1, **msgspec.to_builtins(catalog_drive(name))}, json, protection)
+    if not printed and out is None:
         sys.stdout.write(ascii_unless_unicode(catalog_text(name)))
+    if not printed and out is not None and not quiet:
+        print_written_spec(out)
     return 0

@@ -54,7 +54,7 @@ def correct(
     ] = False,
     format: Annotated[
         tuple[Format, ...],
-        Parameter(help="Formats of the corrected disc, as in export.", show_default=True, consume_multiple=True),
+        Parameter(help="Formats of the corrected disc, as in export.", show_default=" ".join, consume_multiple=True),
     ] = ("csv", "gcode"),
     columns: Columns = (),
     json: Json = None,

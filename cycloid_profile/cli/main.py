@@ -43,6 +43,8 @@ def application(commands: Sequence[str] = COMMANDS) -> App:
     """The command line application with these subcommands."""
     from cyclopts import App, Parameter
 
+    from cycloid_profile.cli.output._options import option_value
+
     app = App(
         name="cycloid-profile",
         help="Design, compensate and export the cycloid discs of RV reducers and cycloidal drives.",
@@ -51,7 +53,7 @@ def application(commands: Sequence[str] = COMMANDS) -> App:
         version_flags=["--version"],
         suppress_keyboard_interrupt=False,
         # The defaults of a switch and of an empty list need not be shown.
-        default_parameter=Parameter(negative=(), show_default=False),
+        default_parameter=Parameter(negative=(), show_default=False, converter=option_value),
     )
     if chosen_language() != ENGLISH:
         from cycloid_profile.cli.output._help import TranslatedHelp, translated_paragraphs

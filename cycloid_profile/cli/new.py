@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from cycloid_profile.cli.output._encoding import ascii_unless_unicode, said
-from cycloid_profile.cli.output._options import Force, Json, Quiet, protection_of, write_spec_file
-from cycloid_profile.cli.output._terminal import print_text, printed_as_json
+from cycloid_profile.cli.output._options import Force, Json, Quiet, print_written_spec, protection_of, write_spec_file
+from cycloid_profile.cli.output._terminal import printed_as_json, warn
 
 if TYPE_CHECKING:
     from cycloid_profile.design import DriveRequest
@@ -56,6 +56,8 @@ def new(
     if sys.stdin.isatty() and sys.stderr.isatty():
         request = _completed(request)
     proposal = propose(request)
+    if not quiet:
+        warn(*(f"advice: {one}" for one in proposal.advice))
     if out is not None:
         write_spec_file(proposal.text, out, protection)
     printed = printed_as_json({"schema": 1, **msgspec.to_builtins(proposal.spec)}, json, protection)
@@ -64,7 +66,7 @@ def new(
             sys.stdout.write(ascii_unless_unicode(proposal.text))
         return 0
     if not printed and not quiet:
-        print_text(f"written: {out}", "", "Next:", f"  cycloid-profile build {out} --out exports/{out.stem}")
+        print_written_spec(out)
     return 0
 
 

@@ -45,7 +45,7 @@ RULES = {
     "pin_diameter": ("K2 = pitch / diameter in the middle of its range, at least 1.5; next thinner dowel of ISO 8734",
                      _HANDBOOK),
     "eccentricity": ("K1 = eccentricity · pins / pin circle radius in the middle of its range, lower where the tooth "
-                     "would be undercut", _HANDBOOK),
+                     "would be undercut or an output pin thinner than the eccentricity", f"{_HANDBOOK}; pin assumed"),
     "width": ("a tenth of the diameter of the pin circle", f"{_HANDBOOK}, 0.05 to 0.1"),
     "discs": ("two, opposite each other, balance the eccentric", "usual"),
     "bore": ("0.4 of the pin circle, for the bearing on the eccentric", _HANDBOOK),
@@ -88,9 +88,10 @@ class ProposedKey:
 
 @dataclass(frozen=True)
 class Proposal:
-    """Every key of the proposed drive, in the order of the file."""
+    """Every key of the proposed drive, in the order of the file; ``advice`` where a given value is unwise."""
 
     keys: tuple[ProposedKey, ...]
+    advice: tuple[str, ...] = ()
 
     @property
     def spec(self) -> Spec:
@@ -130,6 +131,18 @@ class _Sizes:
     def root_radius(self) -> float:
         return self.pin_circle_radius - 0.5 * self.pin_diameter - self.eccentricity
 
+    @property
+    def bore_radius(self) -> float:
+        return _rounded_down(0.4 * self.pin_circle_radius)
+
+    @property
+    def holes(self) -> int:
+        return next(number for below, number in _OUTPUT_PINS if 2.0 * self.pin_circle_radius < below)
+
+    @property
+    def hole_circle(self) -> float:
+        return 0.5 * (self.bore_radius + self.root_radius)
+
 
 def propose(request: DriveRequest) -> Proposal:
     """Propose what a request leaves open.
@@ -142,13 +155,24 @@ def propose(request: DriveRequest) -> Proposal:
             raise SpecError(_option(name), f"{value:g}", "is not above zero", "give a positive number")
     lobes = _lobes(request)
     material = named_material(request.material or "PLA")
-    sizes = _with_eccentricity(_ring(lobes, request))
+    sizes = _with_eccentricity(_ring(lobes, request), request.total_ratio is None)
     drive = (*_head(request, lobes, material), *_drive(request, sizes, material))
-    torque = request.torque_nm
-    if torque is None:
-        torque = float(f"{rated_torque(Proposal(drive).spec) / NEWTON_METRE:.2g}")
-    load = ProposedKey("load", "rated_torque_nm", torque, _reason(request.torque_nm, "torque"))
-    return Proposal((*drive, load, *_rest(request, sizes, material)))
+    usual = float(f"{rated_torque(Proposal(drive).spec) / NEWTON_METRE:.2g}")
+    torque = usual if request.torque_nm is None else request.torque_nm
+    reason = _rule("torque") if request.torque_nm is None else f"given; usual are {usual:g} N·m: {_rule('torque')}"
+    load = ProposedKey("load", "rated_torque_nm", torque, reason)
+    return Proposal((*drive, load, *_rest(request, sizes, material)), _overload(torque, usual, sizes.outer_diameter))
+
+
+def _overload(torque: float, usual: float, outer_diameter: float) -> tuple[str, ...]:
+    """Advice on a torque above the usual one [N·m], which grows with the cube of the size."""
+    if torque <= usual:
+        return ()
+    larger = outer_diameter * (torque / usual) ** (1.0 / 3.0)
+    return (
+        f"--torque = {torque:g} N·m is {torque / usual:.1f} times the usual {usual:g} N·m of this size and material: "
+        f"check the pressure of the teeth, or give --outer-diameter {math.ceil(larger)}",
+    )
 
 
 def rule_table() -> str:
@@ -195,16 +219,17 @@ def _ring(lobes: int, request: DriveRequest) -> _Sizes:
     return _Sizes(lobes, outer, _rounded_down(radius), pin, 0.0)
 
 
-def _with_eccentricity(ring: _Sizes) -> _Sizes:
+def _with_eccentricity(ring: _Sizes, has_output_pins: bool) -> _Sizes:
+    # A hole of 1.5 times the eccentricity lets an output pin as thick as the eccentricity through.
     wanted = next(value for most, value in _SHORT_WIDTH_RATIO if ring.lobes <= most)
     while wanted > _SMALLEST_RATIO_K1:
         sizes = replace(ring, eccentricity=_rounded_down(wanted * ring.pin_circle_radius / (ring.lobes + 1)))
-        if undercut_limit(sizes.trochoid) >= _UNDERCUT_MARGIN * 0.5 * sizes.pin_diameter:
+        sound = undercut_limit(sizes.trochoid) >= _UNDERCUT_MARGIN * 0.5 * sizes.pin_diameter
+        if sound and (not has_output_pins or _hole(sizes) >= 1.5 * sizes.eccentricity):
             return sizes
         wanted *= 0.97
-    raise SpecError(
-        "--pin-diameter", f"{ring.pin_diameter:g} mm", "undercuts the tooth at every eccentricity", "give thinner pins"
-    )
+    limit = "undercuts the tooth, or leaves no room for output pins, at every eccentricity"
+    raise SpecError("--pin-diameter", f"{ring.pin_diameter:g} mm", limit, "give thinner pins")
 
 
 def _head(request: DriveRequest, lobes: int, material: NamedMaterial) -> Iterator[ProposedKey]:
@@ -267,16 +292,18 @@ def _rest(request: DriveRequest, sizes: _Sizes, material: NamedMaterial) -> Iter
 
 
 def _openings(sizes: _Sizes) -> Iterator[ProposedKey]:
-    bore = _rounded_down(0.4 * sizes.pin_circle_radius)
-    count = next(number for below, number in _OUTPUT_PINS if 2.0 * sizes.pin_circle_radius < below)
-    circle = 0.5 * (bore + sizes.root_radius)
-    room = min(0.5 * (sizes.root_radius - bore), circle * math.sin(math.pi / count))
-    hole = _rounded_down(0.7 * room)
-    yield ProposedKey("disc", "bore_radius_mm", bore, _rule("bore"))
-    yield ProposedKey("disc.output_holes", "count", count, _rule("holes"))
-    yield ProposedKey("disc.output_holes", "circle_radius_mm", _rounded_down(circle), "")
+    hole = _rounded_down(_hole(sizes))
+    yield ProposedKey("disc", "bore_radius_mm", sizes.bore_radius, _rule("bore"))
+    yield ProposedKey("disc.output_holes", "count", sizes.holes, _rule("holes"))
+    yield ProposedKey("disc.output_holes", "circle_radius_mm", _rounded_down(sizes.hole_circle), "")
     pin = f"output pins of {2.0 * (hole - sizes.eccentricity):.4g} mm: diameter of the hole less twice the eccentricity"
     yield ProposedKey("disc.output_holes", "radius_mm", hole, pin)
+
+
+def _hole(sizes: _Sizes) -> float:
+    """Radius of an output hole, 0.7 of the room between bore, root and the next hole [mm]."""
+    room = min(0.5 * (sizes.root_radius - sizes.bore_radius), sizes.hole_circle * math.sin(math.pi / sizes.holes))
+    return 0.7 * room
 
 
 def _rule(name: str) -> str:

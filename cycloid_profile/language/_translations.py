@@ -159,7 +159,8 @@ class Translations:
         bare, end = (flat[:-1], "。") if flat.endswith(".") and not flat.endswith("..") else (flat, "")
         exact = self._exact.get(bare) or self._exact.get(_key(bare))
         if exact is not None:
-            yield Found(exact + end)
+            # A name that stays keeps its letters: the unit Nm is not nm.
+            yield Found((bare if exact in self._same else exact) + end)
             return
         candidates = [one for word in set(_whole_words(bare)) for one in self._templates.get(word, ())]
         for template in sorted(candidates, key=lambda one: -one.length):

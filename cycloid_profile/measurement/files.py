@@ -116,6 +116,9 @@ def parse_measurement(text: str, name: str = "") -> Measurement:
     keys, rows, faults = _keys_and_rows(text, name)
     if keys.get("format", FORMAT) != FORMAT:
         raise MeasurementError(f"{name}: format", f"'{keys['format']}'", "is not known", f"write '{FORMAT}'")
+    if not keys and not rows:
+        remedy = f"export it again, as one of {', '.join(KINDS)}"
+        raise MeasurementError(f"{name}: kind", "not given", "in an empty file", remedy)
     kind = kind_named(keys.get("kind", ""), f"{name}: kind")
     header = tuple(word.strip() for word in rows[0][1].split(",")) if rows else ()
     faults += key_faults(keys, kind, name)

@@ -97,9 +97,10 @@ def _source(path: Path, given: Sequence[ColumnMapping]) -> Measurement | SourceT
         settings = {key: value for one in given for key, value in one.settings.items()}
         return read_source(data, path.name, settings)
     except (OSError, UnicodeError) as error:
-        reason = getattr(error, "strerror", None) or "is no text file"
-        limit = f"cannot be read ({reason})"
-        raise MeasurementError("measured file", f"'{path}'", limit, "give a CSV file", " ") from None
+        reason = getattr(error, "strerror", None)
+        limit = f"cannot be read ({reason or 'is no text file'})"
+        remedy = "give a CSV file" if reason else "save it as CSV in UTF-8"
+        raise MeasurementError("measured file", f"'{path}'", limit, remedy, " ") from None
 
 
 def _bytes(path: Path) -> bytes:

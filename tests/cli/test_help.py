@@ -18,9 +18,10 @@ RV40E = "examples/rv40e.toml"
 def test_help_shows_no_internals(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run([command, "--help"]) == 0
     shown = capsys.readouterr().out
-    for internal in ("ARGS", "--empty", "--no-", "default: ()", "default: False", "default: None", "CHOICE]"):
+    for internal in ("ARGS", "--empty", "--no-", "default: (", "default: False", "default: None", "CHOICE]"):
         assert internal not in shown
     assert "--json [FILE]" in shown
+    assert "--quiet -q" in shown
     example = " ".join(shown.split()).partition("Example: ")[2].partition(" ╭")[0]
     assert f"cycloid-profile {command} " in example
     assert "--out " in example
@@ -81,3 +82,20 @@ def test_shells_can_complete_commands_and_options(shell: str) -> None:
     script = application().generate_completion(shell=shell)
     for word in (*COMMANDS, "held-out", "loaded-samples"):
         assert word in script
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["new", "--ratio", "11.5"], "--ratio: '11.5' is no whole number"),
+        (["simulate", RV40E, "--kind", "profile_scan", "--disc=1.6"], "--disc: '1.6' is no whole number"),
+        (["new", "--ratio", "11", "--outer-diameter", "60,5"], "'60,5' is no number: write a decimal point"),
+    ],
+)
+def test_a_word_that_is_no_number_is_refused_and_not_rounded(
+    words: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(words) == 2
+    captured = capsys.readouterr()
+    assert said in captured.err
+    assert captured.out == ""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
-from cyclopts import Parameter
+from cyclopts import Parameter, Token, convert
 
-from cycloid_profile.cli.output._terminal import warn
+from cycloid_profile.cli.output._terminal import print_text, warn
 from cycloid_profile.errors import ExportError, MeasurementError
 
 if TYPE_CHECKING:
@@ -43,6 +43,20 @@ Columns = Annotated[
         help="Columns of a file of another program, such as x=X,y=Y,unit=mm; may be repeated, once for each header.",
     ),
 ]
+
+
+def option_value(kind: Any, tokens: Sequence[Token]) -> Any:
+    """The value that words of a command give an option of this kind.
+
+    Raises ``ValueError`` for words that are no number of the kind: the library rounds 11.5 lobes to 12.
+    """
+    for token in tokens if kind in (int, float) else ():
+        try:
+            kind(token.value)
+        except ValueError:
+            wrong = "no whole number: write digits only" if kind is int else "no number: write a decimal point, no unit"
+            raise ValueError(f"'{token.value}' is {wrong}") from None
+    return convert(kind, tokens)
 
 
 def read_files(
@@ -115,6 +129,11 @@ def write_spec_file(text: str, file: Path, protection: Protection) -> None:
     with atomic_folder(file.parent, protection, shared=True) as scratch:
         (scratch / file.name).write_text(text, encoding="utf-8", newline="\n")
         (scratch / SCHEMA_FILE).write_text(spec_schema(), encoding="utf-8", newline="\n")
+
+
+def print_written_spec(file: Path) -> None:
+    """Say where a spec file is and what to run next."""
+    print_text(f"written: {file}", "", "Next:", f"  cycloid-profile build {file} --out exports/{file.stem}")
 
 
 def require_files(files: Sequence[Path], what: str) -> None:

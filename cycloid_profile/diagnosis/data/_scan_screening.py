@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -19,6 +20,7 @@ _MOST_LOBES = 400  # beyond any cycloid disc
 # Median distances beyond any grinding error: of the points from the tooth, and about their median.
 _ANOTHER_DISC = 0.05  # mm
 _ANOTHER_FORM = 0.025  # mm
+_PLAIN = re.compile(r"[\w=.,-]+")  # what every shell takes as one word
 _LENGTHS = {1.0 / 25.4: "inch", 1e3: "µm", 1e-3: "m", 0.1: "cm"}
 _OPTION_UNITS = {"µm": "um"}
 # Radii of balls of common styli [mm]; a ball that was not compensated moves every point outwards by its radius.
@@ -110,6 +112,20 @@ def _likely_cause(reducer: AsBuiltReducer, measurement: Measurement) -> Measurem
     return None
 
 
+def screen_deviations(reducer: AsBuiltReducer, given: Measurement) -> None:
+    """Raise ``MeasurementError`` if the coordinates of a refused file fit the tooth and the deviations next to them do
+    not: their unit is another one. ``given``: the file before the deviations were added."""
+    steps = given.pending
+    if steps is None or steps.deviation is None or not _fits(_distance(reducer, replace(given, pending=None))):
+        return
+    size = float(np.sqrt(np.mean(steps.deviation**2)))
+    found = column_of(given, "deviation")
+    stated = option(given, f"deviation={found[2]}[um]") if found else ""
+    limit = "do not belong to these coordinates, which fit the tooth"
+    remedy = f"check the unit of the deviations{stated}"
+    raise refusal(given, "deviations", f"of {size:.4g} mm rms", limit, remedy, " ")
+
+
 def _fits(found: tuple[float, float]) -> bool:
     return found[0] < _ANOTHER_DISC and found[1] < _ANOTHER_FORM
 
@@ -152,9 +168,15 @@ def _count_lobes(z: np.ndarray) -> int:
     return int(orders[int(np.argmax(strength))])
 
 
+def column_of(measurement: Measurement, role: str) -> re.Match[str] | None:
+    """Quantity, column and unit in brackets that a file of another program was read by; ``role`` is a pattern."""
+    return re.search(rf"\b({role})=([^,;\[\]]+)(\[[^\]]*\])?(?=[,;])", " ".join(measurement.notes))
+
+
 def option(measurement: Measurement, text: str) -> str:
-    """How to say it on the command line, for a file of another program."""
-    return f", or add --columns {text}" if measurement.notes else ""
+    """How to say it on the command line, for a file of another program; in quotes where a shell needs them."""
+    quoted = text if _PLAIN.fullmatch(text) else f"'{text}'"
+    return f", or add --columns {quoted}" if measurement.notes else ""
 
 
 def refusal(

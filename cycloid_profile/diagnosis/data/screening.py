@@ -6,13 +6,13 @@ These are the rules of every command that reads measured files.
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Sequence
 
 import numpy as np
 
-from cycloid_profile.diagnosis.data._scan_screening import option, refusal, screen_scan
+from cycloid_profile.diagnosis.data._scan_screening import column_of, option, refusal, screen_deviations, screen_scan
 from cycloid_profile.effects import AsBuiltReducer
+from cycloid_profile.errors import MeasurementError
 from cycloid_profile.measurement import HYSTERESIS, PROFILE_SCAN, TRANSMISSION_ERROR, Measurement
 from cycloid_profile.rig import LEAST_COMPARED_SHARE, predict_curve, tooth_points
 from cycloid_profile.units import ARCMIN, NEWTON_METRE
@@ -43,8 +43,12 @@ def screen_files(
             if _same_rows(first, second):
                 remedy = "name each file once" if number < len(measurements) else "hold out another file"
                 raise refusal(second, "rows", "are", f"those of {first.name or 'another file'}", remedy, " ")
-    for measurement in files:
-        screen(reducer, measurement)
+    for given, measurement in zip((*measurements, *held_out), files, strict=True):
+        try:
+            screen(reducer, measurement)
+        except MeasurementError:
+            screen_deviations(reducer, given)
+            raise
     return files[: len(measurements)], files[len(measurements) :]
 
 
@@ -67,10 +71,9 @@ def screen(reducer: AsBuiltReducer, measurement: Measurement) -> None:
 
 def _inverted(measurement: Measurement) -> str:
     """The option that inverts the measured column of a file of another program."""
-    found = re.search(
-        r"\b(angle|output_angle|lost_motion)=([^,;\[\]]+)(\[[^\]]*\])?(?=[,;])", " ".join(measurement.notes)
-    )
-    return f", or add --columns {found[1]}=-{found[2]}{found[3] or ''}" if found else ""
+    role = "angle|output_angle" if measurement.kind is HYSTERESIS else "lost_motion"
+    found = column_of(measurement, role)
+    return option(measurement, f"{found[1]}=-{found[2]}{found[3] or ''}") if found else ""
 
 
 def _loop(reducer: AsBuiltReducer, measurement: Measurement) -> None:

@@ -108,7 +108,7 @@ def search_effects(
     stage.fit(Proposal(tuple(members), u, stage.best.offsets) for members, u in starts)
     stage.explore(tuned.EXPANSIONS)
     if few is not model:
-        progress(f"fitting all rows, {len(stage.leading)} sets")
+        progress(f"fitting {len(stage.leading)} sets of effects to all rows")
         whole = _Stage(
             model,
             stage.library,
@@ -227,7 +227,7 @@ class _Stage:
                 break
             done.add(fresh[0].key)
             names = " + ".join(sorted(member.title for member in fresh[0].optimum.members)) or "no effect"
-            self.progress(f"neighbours of {names} ({len(done)} of at most {most})")
+            self.progress(f"trying changes of {names} ({len(done)} of at most {most})")
             self.fit(self._neighbours(fresh[0]))
 
     def fit(self, proposals: Iterable[Proposal]) -> None:

@@ -61,7 +61,7 @@ _KEY_WORDS = {
     "kind": ("kind",),
 }
 _CONTRACT_KEYS = ("output_angle_deg", "noise_um", "noise_arcmin", "noise_arcsec", "torque_nm", "temperature_c")
-_VALUE = re.compile(r"([+-]?[\d.,]+(?:[eE][+-]?\d+)?)\s*(.*)", re.ASCII | re.DOTALL)
+_VALUE = re.compile(r"(?:±|\+/?-)?\s*([+-]?[\d.,]+(?:[eE][+-]?\d+)?)\s*(.*)", re.ASCII | re.DOTALL)
 
 
 def complete(table: SourceTable, given: ColumnMapping | None) -> ColumnMapping:
@@ -120,7 +120,8 @@ def _from_points(table: SourceTable) -> dict[str, ColumnSource]:
         gap = float(np.max(np.diff(angles, append=angles[0] + 2.0 * math.pi)))
         if radius.min() > 0.0 and radius.max() < _RING * radius.min() and 2.0 * math.pi - gap > _COVERED:
             return {"x": ColumnSource(str(first + 1)), "y": ColumnSource(str(first + 2))}
-    limit, remedy = "has no names of its columns", "name them with --columns, such as x=1,y=2,unit=mm"
+    limit = "has no names of its columns"
+    remedy = "name them with --columns, such as x=1,y=2,unit=mm or torque=1,angle=2[deg]"
     raise MeasurementError(table.name, "the file", limit, remedy, ": ")
 
 

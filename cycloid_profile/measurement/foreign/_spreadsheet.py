@@ -51,12 +51,20 @@ class SpreadsheetReader:
                 continue
             others = f", {len(sheets) - 1} other sheets not read" if len(sheets) > 1 else ""
             return replace(table, layout=f"sheet '{title}' of a workbook{others}", place="row")
+        if any(_formulas(sheet) for sheet in load_workbook(io.BytesIO(data), read_only=True).worksheets):
+            remedy = "open it in a spreadsheet program and save it again"
+            raise MeasurementError(name, "the workbook", "holds formulas without their values", remedy, ": ")
         raise fault or MeasurementError(name, "the workbook", "has no sheets", "save one sheet", ": ")
 
 
 def _text(rows: Iterable[tuple[Any, ...]]) -> str:
     """The sheet as lines with tabs, an empty line for an empty row, so that lines count as rows do."""
     return "\n".join("\t".join(_cell(value) for value in row) for row in rows)
+
+
+def _formulas(sheet: Any) -> bool:
+    """Whether the cells of a sheet, read without values, are formulas."""
+    return any(str(value).startswith("=") for row in sheet.iter_rows(values_only=True) for value in row)
 
 
 def _cell(value: Any) -> str:

@@ -28,9 +28,9 @@ UNITS: dict[str, dict[str, float]] = {
         "urad": 1e-6,
         **dict.fromkeys(("deg", "degree", "degrees", "°", "grad", "度"), DEGREE),
         **dict.fromkeys(("arcmin", "arcmins", "arcminute", "arcminutes", "amin", "winkelminuten"), ARCMIN),
-        **dict.fromkeys(("'", "′", "分", "角分"), ARCMIN),
+        **dict.fromkeys(("bogenminuten", "'", "′", "分", "角分"), ARCMIN),
         **dict.fromkeys(("arcsec", "arcsecs", "arcsecond", "arcseconds", "asec", "winkelsekunden"), ARCSEC),
-        **dict.fromkeys(('"', "″", "''", "秒", "角秒"), ARCSEC),
+        **dict.fromkeys(("bogensekunden", '"', "″", "''", "秒", "角秒"), ARCSEC),
         "mdeg": 1e-3 * DEGREE,
         "gon": math.pi / 200.0,
         **dict.fromkeys(("rev", "turn", "turns"), 2.0 * math.pi),
@@ -54,13 +54,16 @@ _OTHER_UNITS = frozenset(
 _SAME_SIGN = str.maketrans({"µ": "u", "μ": "u", "º": "°", "˚": "°", "’": "'", "´": "'", "”": '"', "“": '"'})
 _BRACKETED = re.compile(r"^(.*?)\s*(?:\[\s*([^\]]*)\s*\]|\(\s*([^)]*)\s*\)|【\s*([^】]*)\s*】|（\s*([^）]*)\s*）)\s*$")
 _AFTER_WORD = re.compile(r"^(.*?)(?:\s+in\s+|\s*/\s*|[\s_]+|(?<=\w)(?=°))([^\s_/]+)$", re.IGNORECASE)
+_AFTER_AXIS = re.compile(r"^([xyz])(mm|um|µm|inch)$", re.IGNORECASE)
 
 # Canonical words by their spellings. Long ones and Chinese ones are also found inside compounds.
 _SPELLINGS: dict[str, tuple[str, ...]] = {
-    "torque": ("torque", "drehmoment", "moment", "couple", "coppia", "转矩", "扭矩", "力矩", "load torque"),
-    "polar": ("polar", "polarwinkel", "azimuth", "极角", "polaire"),
-    "angle": ("angle", "winkel", "verdrehung", "verdrehwinkel", "twist", "rotation", "phi", "φ", "ϕ", "theta",
-        "θ", "angolo", "转角", "角度", "角位移", "位置角"),
+    "torque": ("torque", "drehmoment", "moment", "couple", "coppia", "转矩", "扭矩", "力矩", "轉矩",
+        "トルク"),
+    "polar": ("polar", "polarwinkel", "azimuth", "极角", "極角", "polaire"),
+    "angle": ("angle", "winkel", "verdrehung", "verdrehwinkel", "twist", "rotation", "phi", "φ", "ϕ", "theta", "θ",
+        "alpha", "α", "angolo", "转角", "角度", "角位移", "位置角", "扭转角", "扭角",
+        "轉角", "扭轉角", "ねじれ角"),
     "output": ("output", "abtrieb", "abtriebs", "sortie", "uscita", "输出轴", "输出端", "输出"),
     "input": ("input", "antrieb", "antriebs", "motor", "entrée", "输入轴", "输入端", "输入"),
     "error": ("error", "fehler", "drehfehler", "erreur", "errore", "误差", "te", "err", "drehwegabweichung",
@@ -68,7 +71,7 @@ _SPELLINGS: dict[str, tuple[str, ...]] = {
     "transmission": ("transmission", "übertragungs", "kinematic", "传动"),
     "lost_motion": ("lost motion", "lostmotion", "umkehrspanne", "verlustdrehwinkel", "空程", "回差"),
     "deviation": ("deviation", "dev", "abweichung", "abw", "écart", "ecart", "delta", "偏差"),
-    "radius": ("radius", "r", "rho", "ρ", "rayon", "raggio", "半径", "向径"),
+    "radius": ("radius", "r", "rho", "ρ", "rayon", "raggio", "半径", "向径", "极径", "極徑"),
     "nominal": ("nominal", "nom", "soll", "sollwert", "theo", "theoretical", "cad", "target", "理论", "名义", "公称"),
     "actual": ("actual", "act", "measured", "meas", "ist", "istwert", "gemessen", "mess", "messwert", "mesuré",
         "实测", "实际", "测量"),
@@ -77,7 +80,8 @@ _SPELLINGS: dict[str, tuple[str, ...]] = {
     "normal_x": ("nx", "i"), "normal_y": ("ny", "j"),
     "": ("coordinate", "coord", "koordinate", "position", "pos", "value", "wert", "point", "punkt", "axis", "achse",
          "of", "the", "in", "at", "probe", "sensor", "encoder", "channel", "kanal", "mean", "avg", "坐标", "值", "点",
-         "signal", "disc", "shaft", "welle", "applied", "load", "last", "tooth", "flank", "profile", "pose"),
+         "signal", "disc", "shaft", "welle", "applied", "load", "last", "tooth", "flank", "profile", "pose",
+         "test", "prüf", "belastung", "belastungs", "charge", "负载", "载荷", "测试", "试验", "加载"),
 }  # fmt: skip
 _WORD_OF = {spelling: word for word, spellings in _SPELLINGS.items() for spelling in spellings}
 _INSIDE = sorted((s for s in _WORD_OF if len(s) > 4 or not s.isascii()), key=len, reverse=True)
@@ -126,7 +130,7 @@ def is_unit(text: str) -> bool:
 
 def interpret(name: str, unit: str = "") -> HeaderWord:
     """Name, unit and quantity of a column from its header, and from the cell of a row of units."""
-    base, inside = name.strip(), unit.strip().strip("[]()（）【】").strip()
+    base, inside = name.strip().rstrip("_"), unit.strip().strip("[]()（）【】").strip()
     if not inside:
         base, inside = _unit_in(base)
     words = words_of(base)
@@ -146,7 +150,7 @@ def _unit_in(name: str) -> tuple[str, str]:
     bracketed = _BRACKETED.match(name)
     if bracketed:
         return bracketed[1] or name, next((group for group in bracketed.groups()[1:] if group), "").strip()
-    after = _AFTER_WORD.match(name)
+    after = _AFTER_WORD.match(name) or _AFTER_AXIS.match(name)
     if after and _known(after[2]) and after[1]:
         return after[1], after[2]
     return name, ""

@@ -14,7 +14,7 @@ from cycloid_profile.measurement.files import Measurement, PendingSteps, key_fau
 from cycloid_profile.measurement.foreign._detection import complete, headers, with_units
 from cycloid_profile.measurement.foreign._vocabulary import ANGLE, DIMENSIONS, LENGTH, TORQUE, unit_size
 from cycloid_profile.measurement.foreign.mapping import ColumnMapping, ColumnSource, place_of
-from cycloid_profile.measurement.foreign.table import SourceTable, number
+from cycloid_profile.measurement.foreign.table import SourceTable, grouped_number, number, number_with_unit
 from cycloid_profile.measurement.kinds import HYSTERESIS, PROFILE_SCAN, MeasurementKind, kind_named
 from cycloid_profile.units import ARCMIN, ARCSEC, DEGREE, NEWTON_METRE
 
@@ -23,6 +23,7 @@ _TURN = 360.0  # degrees
 _RADIANS = 6.4  # a turn in rad, with its last step
 # Units that are taken where the file states none: those of the four kinds. Angles that are measured have none.
 _DEFAULT_UNITS = {LENGTH: "mm", TORQUE: "N·m"}
+_NOUNS = {LENGTH: "a length", ANGLE: "an angle", TORQUE: "a torque"}
 _MEASURED_ANGLES = ("angle", "error", "lost_motion")
 
 
@@ -75,8 +76,10 @@ def _remedy(cell: str, decimal: str) -> str:
     """What to do about a cell that is no number."""
     if not cell:
         return "fill the cell or delete the row"
-    if "." in cell and "," in cell:
+    if grouped_number(cell, decimal) or ("." in cell and "," in cell):
         return "export numbers without thousands separators"
+    if number_with_unit(cell, decimal):
+        return "write the unit into the header, not into the cells"
     if any(number(cell, sign) is not None for sign in ".," if sign != decimal):
         return f"write all numbers with a decimal {'comma' if decimal == ',' else 'point'}"
     return "give a number or delete the row"
@@ -96,7 +99,7 @@ def _unit_sizes(
             assumed += [f"{role} in {unit}"] if unit else []
         size = unit_size(unit, dimension) if dimension else 1.0
         if size is None:
-            value, limit = (f"'{unit}'", "is no unit of it") if unit else ("not given", "is needed")
+            value, limit = (f"'{unit}'", f"is no unit of {_NOUNS[dimension]}") if unit else ("not given", "is needed")
             what = f"{table.name}: unit of column '{source.column}'"
             faults.append(MeasurementError(what, value, limit, f"give --columns {_example(mapping, role)}"))
         else:

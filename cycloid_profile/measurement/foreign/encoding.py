@@ -12,6 +12,7 @@ import re
 _CONTROL = re.compile(r"[\x00-\x08\x0e-\x1f\x7f]")
 _HANZI = re.compile(r"[\u3400-\u9fff]+")
 _BYTE_ORDER_MARKS = ((codecs.BOM_UTF8, "utf-8-sig"), (codecs.BOM_UTF16_LE, "utf-16"), (codecs.BOM_UTF16_BE, "utf-16"))
+_END_OF_FILE = "\x1a\x00"  # what DOS programs and loggers with files of a fixed size write after the last line
 _NAMES = {"utf-8-sig": "UTF-8", "utf-16-le": "UTF-16", "utf-16-be": "UTF-16", "cp1252": "cp1252"}
 _SHARE_OF_ZEROS = 0.3  # of the bytes of UTF-16 text in Latin letters and digits: half
 
@@ -19,7 +20,7 @@ _SHARE_OF_ZEROS = 0.3  # of the bytes of UTF-16 text in Latin letters and digits
 def decode(data: bytes, encoding: str | None = None) -> tuple[str, str]:
     """Text and name of the encoding of ``data``; raises ``UnicodeError`` if it is no text in one of the four."""
     name = encoding or _encoding_of(data)
-    text = data.decode(name)
+    text = data.decode(name).rstrip(_END_OF_FILE)
     if _CONTROL.search(text):
         raise UnicodeError("is no text file")
     return text, _NAMES.get(name, name.upper())

@@ -20,12 +20,24 @@ _NUMBER = {
     for sign in _DECIMALS
 }
 _NUMBER[","] = re.compile(r"[+-]?(?:\d+(?:,\d+)?|,\d+)(?:[eEdD][+-]?\d+)?", re.ASCII)
+# A number with thousands apart: 1'000, or the other sign between them as in 34.333,33; 59,694 alone is a decimal comma.
+_GROUPED = {
+    sign: re.compile(
+        rf"[+-]?\d{{1,3}}(?:(?:['’\s]\d{{3}})+(?:{re.escape(sign)}\d*)?"
+        rf"|(?:{re.escape(other)}\d{{3}})+{re.escape(sign)}\d*|(?:{re.escape(other)}\d{{3}}){{2,}})",
+        re.ASCII,
+    )
+    for sign, other in ((".", ","), (",", "."))
+}
+_WITH_UNIT = re.compile(r"([+-]?[\d.,]+)\s*(\D{1,20})", re.ASCII)
 _SAMPLED = 400  # lines that decide about delimiter and decimal sign
 _LONGEST_LINE = 2000  # characters of a header or of a line before it; longer ones are no words
 _COMMENTS = ("#", "%", "//", "!")
 # A name with its unit in brackets, where blanks separate the columns.
 _NAME_AND_UNIT = re.compile(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?|[\[(][^\])]*[\])]")
-_KEY = re.compile(r"\s*([^:=;\t|]{1,60}?)\s*[:=;\t|]\s*(.*?)[\s;,\t|]*")
+# A word and its value with a sign between them, or a word and a number.
+_KEY = re.compile(r"\s*([^:：=;\t|]{1,60}?)\s*[:：=;\t|]\s*(.*?)[\s;,\t|]*")
+_KEY_AND_NUMBER = re.compile(r"\s*([^:：=;\t|\d±+-]{1,60})\s([±+-]*\d[^:：=;\t|]*?)[\s;,\t|]*")
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +70,17 @@ def number(cell: str, decimal: str = ".") -> float | None:
     return float(bare.replace(",", ".").replace("D", "e").replace("d", "e"))
 
 
+def grouped_number(cell: str, decimal: str = ".") -> bool:
+    """Whether a cell is a number whose thousands are set apart."""
+    return _GROUPED[decimal].fullmatch(cell.strip().replace("\u202f", " ").replace("\xa0", " ")) is not None
+
+
+def number_with_unit(cell: str, decimal: str = ".") -> bool:
+    """Whether a cell is a number with a unit behind it."""
+    match = _WITH_UNIT.fullmatch(cell.strip())
+    return match is not None and number(match[1], decimal) is not None and is_unit(match[2])
+
+
 def read_table(text: str, name: str, settings: Mapping[str, str] | None = None) -> SourceTable:
     """The table in ``text``; ``settings`` may state ``delimiter`` and ``decimal``.
 
@@ -77,6 +100,8 @@ def read_table(text: str, name: str, settings: Mapping[str, str] | None = None) 
     while first and _is_faulty_row(*cells[first - 1][1:], width):
         first -= 1
     before = [(n, _uncommented(line)) for n, line, _ in cells[:first]]
+    if not any(len(split(line, delimiter)) == width for _, line in before[-3:]):
+        width -= _empty_at_end([row for _, _, row in cells[first:] if len(row) == width])
     columns, units, used = _header(before, delimiter, width)
     if not columns:
         _refuse_double_commas(before, delimiter, width, name)
@@ -127,14 +152,16 @@ def _layout(lines: Sequence[str], delimiter: str | None, decimal: str | None) ->
     return max(pairs, key=lambda pair: _score(sample, *pair), default=(",", "."))
 
 
-def _score(lines: Iterable[str], delimiter: str, decimal: str) -> float:
-    """Share of numbers in lines with at least two, summed."""
-    score = 0.0
+def _score(lines: Iterable[str], delimiter: str, decimal: str) -> tuple[float, float]:
+    """Share of cells meant as numbers in lines with at least two, summed; then the share of those that are numbers."""
+    meant = exact = 0.0
     for line in lines:
         row = [cell for cell in split(line, delimiter) if cell]
-        numbers = sum(number(cell, decimal) is not None for cell in row)
-        score += numbers / len(row) if numbers > 1 else 0.0
-    return score
+        wanted = _numbers(row, decimal)
+        if wanted > 1:
+            meant += wanted / len(row)
+            exact += sum(number(cell, decimal) is not None for cell in row) / len(row)
+    return meant, exact
 
 
 def _first_row(cells: Sequence[tuple[int, str, list[str]]], decimal: str) -> tuple[int, int]:
@@ -156,7 +183,16 @@ def _is_faulty_row(line: str, row: Sequence[str], width: int) -> bool:
 
 
 def _numbers(row: Iterable[str], decimal: str) -> int:
-    return sum(number(cell, decimal) is not None for cell in row)
+    """Cells that are meant as numbers: a row of them is refused for its cells, and not taken for a line of words."""
+    return sum(
+        number(cell, decimal) is not None or grouped_number(cell, decimal) or number_with_unit(cell, decimal)
+        for cell in row
+    )
+
+
+def _empty_at_end(rows: Sequence[Sequence[str]]) -> int:
+    """Number of last columns that are empty in every row, after a delimiter at the end of each."""
+    return next((i for i in range(len(rows[0])) if any(row[-1 - i] for row in rows)), 0)
 
 
 def _header(
@@ -200,7 +236,8 @@ def _are_names(cells: Sequence[str]) -> bool:
 
 def _keys(lines: Iterable[str]) -> list[tuple[str, str]]:
     """Words before the header, in small letters, with their values."""
-    matches = [_KEY.fullmatch(line) for line in lines if len(line) <= _LONGEST_LINE]
+    short = (line for line in lines if len(line) <= _LONGEST_LINE)
+    matches = [_KEY.fullmatch(line) or _KEY_AND_NUMBER.fullmatch(line) for line in short]
     return [(m[1].strip().strip('"').lower(), m[2].strip().strip('"')) for m in matches if m and m[2]]
 
 

@@ -56,8 +56,9 @@ def build_package(
 
         def draw() -> None:
             (scratch / PLOTS).mkdir()
-            for picture in pictures_of(record):
-                progress(f"drawing {picture.name}")
+            wanted = pictures_of(record)
+            for number, picture in enumerate(wanted, 1):
+                progress(f"drawing picture {number} of {len(wanted)}")
                 for file in save(picture.draw(record), scratch / PLOTS, picture.name):
                     pictures.append(WrittenFile(f"{PLOTS}/{file.name}", file.suffix[1:]))
 

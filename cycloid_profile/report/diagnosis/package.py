@@ -66,8 +66,8 @@ def write_diagnosis(
         plots.mkdir()
         drawn = []
         every = [*pictures_of(diagnosis, name), *([] if changes is None else change_pictures(changes, name))]
-        for stem, caption, figure in every:
-            progress(f"drawing {stem}")
+        for number, (stem, caption, figure) in enumerate(every, 1):
+            progress(f"drawing picture {number} of {len(every)}")
             save(figure, plots, stem)
             drawn.append((stem, caption))
         values = diagnosis_json(diagnosis, name)

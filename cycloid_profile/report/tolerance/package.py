@@ -73,10 +73,13 @@ def write_tolerance(
         plots = scratch / PLOTS
         plots.mkdir()
         filled = []
-        for section in sections(record):
+        parts = sections(record)
+        wanted, number = sum(len(section.drawn) for section in parts), 0
+        for section in parts:
             pictures = []
             for stem, caption, draw in section.drawn:
-                progress(f"drawing {stem}")
+                number += 1
+                progress(f"drawing picture {number} of {wanted}")
                 save(draw(), plots, stem)
                 pictures.append(picture(scratch, f"{PLOTS}/{stem}", caption))
             filled.append((section, pictures))

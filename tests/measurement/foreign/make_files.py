@@ -240,6 +240,72 @@ def bench_files(loops: np.ndarray, te: np.ndarray, lost: np.ndarray) -> None:
     write("not_a_table.json", '{"torque": [1, 2, 3], "angle": [0.1, 0.2, 0.3]}\n')
 
 
+def letters_of_the_world(scan: np.ndarray, loops: np.ndarray, te: np.ndarray, lost: np.ndarray) -> None:
+    """Words, signs and encodings of other languages."""
+    torque, angle = loops.T
+    both = np.column_stack
+    seconds = lines(both([torque, 60.0 * angle])).splitlines()
+    text = "".join(f"{i},{row}\n" for i, row in enumerate(seconds, 1))
+    write("bench_torsion_chinese.csv", "序号,扭矩(Nm),扭转角(″)\n" + text, "gb18030")
+    write("bench_te_chinese.csv", "负载转矩：412 N·m\n输出角度(°),角度传动误差(角秒)\n" + lines(te), "gb18030")
+    write("bench_lost_chinese.txt", "测试转矩：12.36 Nm\n输出轴角度(°)\t空程(arcmin)\n" + lines(lost, "\t"), "utf-16")
+    write("bench_japanese.csv", "トルク[N·m],ねじれ角[分]\n" + lines(loops))
+    write("bench_shift_jis.csv", "トルク[N・m],ねじれ角[分]\n" + lines(loops), "shift_jis")
+    write("bench_bogenminuten.csv", "Drehmoment [Nm];Winkel [Bogenminuten]\n" + lines(loops, ";", ","), "cp1252")
+    names = "Abtriebswinkel in Grad;Übertragungsfehler in Winkelsekunden\n"
+    write("bench_belastung.csv", "Belastung = 412 Nm\n" + names + lines(te, ";", ","), "cp1252")
+    z = scan[:, 0] + 1j * scan[:, 1]
+    polar = lines(both([np.angle(z) / DEGREE, np.abs(z)]), form="%.8f")
+    write("cmm_polar_chinese.csv", "极角(°),极径(mm)\n" + polar, "gb18030")
+
+
+def thousands(value: float, group: str, decimal: str) -> str:
+    return f"{value:,.3f}".translate(str.maketrans(",.", group + decimal))
+
+
+def odd_cells(scan: np.ndarray, loops: np.ndarray) -> None:
+    """Tables whose cells, columns or ends need more than a delimiter."""
+    torque, angle = loops.T
+    both = np.column_stack
+    for name, group, decimal in (("swiss", "'", "."), ("german", ".", ","), ("french", "\u202f", ",")):
+        cells = [(thousands(1e3 * t, group, decimal), f"{a:.6f}".replace(".", decimal)) for t, a in loops]
+        text = "".join(f"{t};{a}\n" for t, a in cells)
+        write(f"faults_thousands_{name}.csv", "Torque [N·mm];Angle [arcmin]\n" + text)
+    rows = "".join(f"{x:.6f} mm;{y:.6f} mm\n" for x, y in scan)
+    write("faults_units_in_cells.csv", "X;Y\n" + rows.replace(".", ","))
+    write("delimiter_at_the_end.csv", "X [mm];Y [mm]\n" + lines(scan, ";", ",").replace("\n", ";\n"))
+    write("dos_end_of_file.csv", "x [mm];y [mm]\n" + lines(scan, ";") + "\x1a" + "\0" * 64)
+    write("matlab_writetable.txt", "torque_Nm_,angle_deg_\n" + lines(both([torque, angle / 60.0]), form="%.9f"))
+    write("axis_and_unit.csv", "Xmm,Ymm\n" + lines(scan))
+    write("bench_no_header.csv", lines(both([torque, angle / 60.0]), ";", ",", "%.9f"))
+    write("empty.csv", "")
+
+
+def formulas(scan: np.ndarray) -> None:
+    """A workbook of a program that does not compute: formulas without values."""
+    from openpyxl import Workbook
+
+    book = Workbook()
+    book.active.append(["X", "Y"])
+    for x, y in scan.tolist():
+        book.active.append([f"={x}*1", f"={y}*1"])
+    book.save(FILES / "openpyxl_formulas.xlsx")
+
+
+def signs_and_units(lost: np.ndarray) -> None:
+    """Deviations and lost motion whose unit or sign the file does not say."""
+    z, nominal, n = scan_points()
+    deviation = 1e3 * np.real(np.conj(n) * (z - nominal))
+    both = np.column_stack
+    for name, at in (("nominal", nominal), ("measured", z)):
+        table = lines(both([at.real, at.imag, deviation]), ";", ",")
+        write(f"cmm_{name}_dev_in_um.csv", "X;Y;dev\n" + table)
+    head = "Torque: ±12.36 Nm\nOutput angle [deg],lost motion [deg]\n"
+    write("bench_lost_degrees.csv", head + lines(both([lost[:, 0], lost[:, 1] / 60.0]), form="%.9f"))
+    head = "Torque: 12.36 Nm\nOutput angle [deg],lost motion [arcmin]\n"
+    write("bench_lost_inverted.csv", head + lines(both([lost[:, 0], -lost[:, 1]])))
+
+
 def main() -> None:
     for folder in (FILES, REFERENCE):
         shutil.rmtree(folder, ignore_errors=True)
@@ -259,6 +325,10 @@ def main() -> None:
         lambda: octave_files(scan, loops),
         lambda: machine_files(scan),
         lambda: bench_files(loops, te, lost),
+        lambda: letters_of_the_world(scan, loops, te, lost),
+        lambda: odd_cells(scan, loops),
+        lambda: formulas(scan),
+        lambda: signs_and_units(lost),
     )
     for step in steps:
         step()
