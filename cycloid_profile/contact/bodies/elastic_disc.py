@@ -128,6 +128,8 @@ def read_disc_compliance(path: Path, lobes: int, bearings: int) -> DiscComplianc
     wanted = (lobes, (points + 2 * bearings,) * 2, (points,))
     if sizes != wanted or found.per_lobe < 4:
         raise refused(f"has lobes, matrix and own {sizes}, not {wanted}", "make it for this drive, 4 points a lobe")
+    if found.sectors < 1 or lobes % found.sectors:
+        raise refused(f"has {found.sectors} sectors, which do not divide {lobes} lobes", "leave sectors out")
     if not (np.all(np.isfinite(found.matrix)) and np.all(found.own > 0.0)):
         raise refused("has a compliance that is not finite, or not positive", "check its matrix")
     if not np.allclose(found.matrix, found.matrix.T, rtol=0.0, atol=1e-3 * np.max(np.abs(found.matrix))):
