@@ -17,7 +17,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "cycloid_profile"
-BASE_MODULES = ("resources", "compiled", "units", "arrays", "errors")
+BASE_MODULES = ("resources", "compiled", "filesystem", "units", "arrays", "errors")
 LONGEST_VALUE = 60
 
 

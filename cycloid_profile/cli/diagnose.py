@@ -70,7 +70,7 @@ def diagnose(
         return _plan_measurements(spec, plugin, output_folder(out, spec) / "diagnosis", protection, quiet, allow_large)
     require_files(data, "measured files")
     from cycloid_profile.design import as_built_reducer
-    from cycloid_profile.diagnosis import compare_diagnoses
+    from cycloid_profile.diagnosis import compare_diagnoses, require_new_rows
     from cycloid_profile.diagnosis import diagnose as diagnose_files
     from cycloid_profile.report.diagnosis import write_diagnosis
 
@@ -83,6 +83,7 @@ def diagnose(
             measured[len(data) : len(data) + len(held_out)],
             measured[len(data) + len(held_out) :],
         )
+        require_new_rows(earlier, measured)
         show_step("building the reducer")
         reducer = as_built_reducer(wanted)
         discs = None if disc is None else [disc - 1] * len(measured)

@@ -9,6 +9,7 @@ from cycloid_profile.diagnosis.change.comparison import comparison_to_json as co
 from cycloid_profile.diagnosis.change.loop_figures import FigureChange as FigureChange
 from cycloid_profile.diagnosis.data.recording import Recording as Recording
 from cycloid_profile.diagnosis.data.recording import record as record
+from cycloid_profile.diagnosis.data.screening import require_new_rows as require_new_rows
 from cycloid_profile.diagnosis.data.screening import screen_files as screen_files
 from cycloid_profile.diagnosis.model.candidate import Candidate as Candidate
 from cycloid_profile.diagnosis.model.candidate import candidate_of as candidate_of

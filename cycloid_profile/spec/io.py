@@ -102,9 +102,18 @@ def spec_schema() -> str:
     schema = msgspec.json.schema(Spec)
     for table in _tables_below(Spec):
         _add_alternatives(schema["$defs"][table.__name__], table)
+    _put_null_last(schema)
     schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
     schema["title"] = "cycloid_profile spec file"
     return json.dumps(schema, indent=1, ensure_ascii=False) + "\n"
+
+
+def _put_null_last(schema: Any) -> None:
+    """Order the alternatives of keys that may be absent: versions of msgspec differ in it."""
+    for one in schema.values() if isinstance(schema, dict) else schema if isinstance(schema, list) else ():
+        _put_null_last(one)
+    if isinstance(schema, dict) and "anyOf" in schema:
+        schema["anyOf"].sort(key=lambda one: one == {"type": "null"})
 
 
 def _tables_below(table: type[msgspec.Struct]) -> set[type[msgspec.Struct]]:

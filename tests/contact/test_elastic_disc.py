@@ -298,6 +298,42 @@ def test_a_flipped_bit_and_a_foreign_file_are_refused(elastic, tmp_path):
         read_disc_compliance(path, 39, 3)
 
 
+@pytest.mark.parametrize("how", ["flipped bit", "other disc", "folder", "too large", "no cache"])
+def test_a_cache_that_is_damaged_changes_no_number(how, rv40e, elastic, tmp_path, monkeypatch):
+    from cycloid_profile.contact.bodies import elastic_disc
+    from cycloid_profile.resources import LIMITS, Limit
+
+    computed: list[str] = []
+
+    def counted(key, *_):
+        computed.append(key)
+        return replace(elastic.disc_bodies[0], key=key)
+
+    monkeypatch.setattr(elastic_disc, "_cache_folder", lambda: tmp_path)
+    monkeypatch.setattr(elastic_disc, "_computed", counted)
+    elastic_disc._remembered.cache_clear()
+    found = disc_compliance(outline(rv40e), 1.0, NU, 1.0)
+    (path,) = tmp_path.iterdir()
+    if how == "flipped bit":
+        data = bytearray(path.read_bytes())
+        data[len(data) // 2] ^= 4
+        path.write_bytes(bytes(data))
+    elif how == "other disc":
+        replace(found, key="another", matrix=2.0 * found.matrix).save(path)
+    elif how == "too large":
+        monkeypatch.setitem(LIMITS, "memory", Limit(1e6, "less than the file"))
+        monkeypatch.setattr(elastic_disc, "_PAIR_BYTES", 0.0)
+    else:
+        path.unlink()
+        if how == "folder":
+            path.mkdir()
+    elastic_disc._remembered.cache_clear()
+    again = disc_compliance(outline(rv40e), 1.0, NU, 1.0)
+    np.testing.assert_array_equal(again.matrix, found.matrix)
+    assert len(computed) == 2
+    elastic_disc._remembered.cache_clear()
+
+
 def test_a_disc_of_another_drive_is_refused(elastic):
     with pytest.raises(LoadError, match="disc_bodies"):
         replace(elastic, disc_bodies=elastic.disc_bodies[:1])

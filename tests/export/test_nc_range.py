@@ -206,6 +206,9 @@ def test_a_machine_file_is_merged_and_its_faults_are_one_sentence(tmp_path: Path
         ('control = "fanuc"\n[tool]\nnumber = 0', r"tool\.number = 0 must be >= 1: give 1 to 9999"),
         ('control = "fanuc"\n[axes]\nx_mm = [5.0, 1.0]', r"axes\.x_mm = \[5\.0, 1\.0\] is no rising range"),
         ('control = "fanuc"\n[blocks]\ntool = ["T{wheel}"]', r"blocks\.tool = 'T\{wheel\}' has an unknown place"),
+        ('control = "fanuc"\n[blocks]\ntool = ["T{tool.__class__}"]', "has an unknown place"),
+        ('control = "fanuc"\n[blocks]\ntool = ["T{tool:999999999}"]', "has an unknown place"),
+        ('control = "fanuc"\n[blocks]\ntool = ["T{tool"]', "has an unknown place"),
         ("control = ", r"my\.toml' is not valid TOML"),
         ("# \ud8ff", r"my\.toml' cannot be read \(it is not UTF-8 text\)"),
     ):

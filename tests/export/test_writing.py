@@ -17,8 +17,9 @@ from pathlib import Path
 
 import pytest
 
+from cycloid_profile import filesystem
 from cycloid_profile.errors import ExportError
-from cycloid_profile.export.writing import PROTECTED, Protection, _staging, _system, atomic_folder, write_manifest
+from cycloid_profile.export.writing import PROTECTED, Protection, _staging, atomic_folder, write_manifest
 from cycloid_profile.export.writing.manifest import file_hash
 
 CALLS = ("rename", "exchange", "link", "remove", "sync")
@@ -82,7 +83,7 @@ def method(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> s
         def cannot(*_: object) -> None:
             raise OSError(errno.EINVAL, "Invalid argument")
 
-        monkeypatch.setattr(_system, "exchange", cannot)
+        monkeypatch.setattr(filesystem, "exchange", cannot)
     elif not sys.platform.startswith("linux"):
         pytest.skip("renameat2 is a call of Linux")
     return str(request.param)
@@ -103,7 +104,7 @@ def at_call(number: int, act: Callable[[], None]) -> Callable[[], int]:
         return wrapper
 
     for name in CALLS:
-        setattr(_system, name, counted(getattr(_system, name)))
+        setattr(filesystem, name, counted(getattr(filesystem, name)))
     return lambda: count
 
 
@@ -121,10 +122,10 @@ def died(folder: Path, number: int) -> bool:
 @pytest.fixture
 def restored() -> Iterator[None]:
     """Puts the calls of the writer back."""
-    before = {name: getattr(_system, name) for name in CALLS}
+    before = {name: getattr(filesystem, name) for name in CALLS}
     yield
     for name, call in before.items():
-        setattr(_system, name, call)
+        setattr(filesystem, name, call)
 
 
 def reset(folder: Path) -> None:
@@ -157,7 +158,7 @@ def test_a_fault_at_every_call_is_one_sentence_and_no_mixture(folder: Path, meth
     def fail() -> None:
         raise OSError(errno.EIO, "Input/output error", "somewhere")
 
-    originals = {name: getattr(_system, name) for name in CALLS}
+    originals = {name: getattr(filesystem, name) for name in CALLS}
     for number in range(1, 200):
         count = at_call(number, fail)
         try:
@@ -166,7 +167,7 @@ def test_a_fault_at_every_call_is_one_sentence_and_no_mixture(folder: Path, meth
             said.append(str(error))
         reached = count() >= number
         for name, call in originals.items():
-            setattr(_system, name, call)
+            setattr(filesystem, name, call)
         assert_whole(folder)
         if not reached:
             break
@@ -325,12 +326,22 @@ def test_the_working_folder_stays_the_working_folder(folder: Path, monkeypatch: 
 
 
 def test_what_others_add_meanwhile_is_kept(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    exchange = _system.exchange
+    exchange = filesystem.exchange
 
     def late(one: Path, other: Path) -> None:
         (folder / "deep" / "late.csv").write_text("mine", encoding="utf-8")
         exchange(one, other)
 
-    monkeypatch.setattr(_system, "exchange", late)
+    monkeypatch.setattr(filesystem, "exchange", late)
     write(folder, NEW)
     assert contents(folder)["deep/late.csv"] == "mine"
+
+
+def test_links_that_lead_round_in_a_circle_and_pipes_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "a").symlink_to(tmp_path / "b")
+    (tmp_path / "b").symlink_to(tmp_path / "a")
+    with pytest.raises(ExportError, match="cannot be written|circle"), atomic_folder(tmp_path / "a" / "out"):
+        pass
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(ExportError, match="no plain file"):
+        Protection(force=True).check(tmp_path / "pipe")

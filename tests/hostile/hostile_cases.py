@@ -193,6 +193,8 @@ def large() -> Iterator[Case]:
         ("coulomb_friction", "torque_nm = 10000", "angle of the loop does not change", 2),
     ):
         yield Case(f"loop of large {name}", loop, says, status, f'{SPEC}\n[[effects]]\nname = "{name}"\n{size}\n')
+    words = ("diagnose", "spec.toml", "d.csv", "--against=d.csv")
+    yield Case("a file against itself", words, "rows are those of d.csv", files={"d.csv": SCAN})
     for command in ("compare", "diagnose", "correct", "inspect"):
         yield Case(f"{command} a device", (command, "spec.toml", "/dev/zero"), "is a device")
 

@@ -22,13 +22,13 @@ METHODS = ("exchange", "journal")
 
 def child(folder: str, method: str) -> None:
     """Write the new package over the old one; the child process of ``killed_at``."""
-    from cycloid_profile.export.writing import _system
+    from cycloid_profile import filesystem
 
     def cannot(*_: object) -> None:
         raise OSError(22, "Invalid argument")
 
     if method == "journal":
-        _system.exchange = cannot
+        filesystem.exchange = cannot
     write(Path(folder), NEW)
 
 

@@ -124,7 +124,7 @@ def test_half_a_file_is_never_read(study, whole, tmp_path):
     run(study, tmp_path, Threads(1))
     part = tmp_path / "part-00002.parquet"
     # As a break in the middle of writing leaves it, and as a full disk or a lost copy does.
-    (tmp_path / "part-00003.partial").write_bytes(part.read_bytes()[:50])
+    (tmp_path / ".part-00003.parquet.0123abcd.partial").write_bytes(part.read_bytes()[:50])
     part.write_bytes(part.read_bytes()[:-30])
     (tmp_path / "part-00001.parquet").write_bytes(b"")
     (tmp_path / "part-00004.parquet").unlink()
@@ -144,6 +144,38 @@ def test_one_flipped_bit_is_computed_again(study, whole, tmp_path):
     assert open_store(tmp_path, study).missing() == [2]
     run(study, tmp_path, Threads(1))
     assert contents(tmp_path) == whole
+
+
+def test_numbers_that_were_changed_or_moved_are_computed_again(study, whole, tmp_path):
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    run(study, tmp_path, Threads(1))
+    first, second, third = (tmp_path / f"part-0000{number}.parquet" for number in range(3))
+    table = pq.read_table(first)
+    columns = [table.column(0), *(pa.array(2.0 * column.to_numpy()) for column in table.columns[1:])]
+    # A whole file with other numbers, the file of another chunk, and that of a study with another seed.
+    pq.write_table(pa.table(columns, schema=table.schema), first)
+    second.write_bytes(whole["part-00004.parquet"])
+    run(other_studies(study)["seed"], tmp_path / "other", Threads(1))
+    third.write_bytes((tmp_path / "other" / third.name).read_bytes())
+    store = Store(tmp_path, study, study.quantity_model.names)
+    assert store.missing() == [0, 1, 2]
+    with pytest.raises(ToleranceError, match=r"part-00000\.parquet' was changed while the study ran \(the checksum"):
+        list(store.columns(store.names[0]))
+
+
+def test_one_process_computes_in_a_folder(study, whole, tmp_path):
+    class Rival(Breaking):
+        def results(self, study: Study, numbers: Sequence[int]) -> Iterator[tuple[int, np.ndarray]]:
+            yield from super().results(study, numbers[:2])
+            with pytest.raises(ToleranceError, match="are being computed by another process: wait for it"):
+                run(study, tmp_path, Threads(1))
+            yield from super().results(study, numbers[2:])
+
+    run(study, tmp_path, Rival(99, []))
+    assert contents(tmp_path) == whole
+    run(study, tmp_path, Threads(1))
 
 
 def test_another_study_is_cleared_only_after_the_first_result(study, tmp_path):
@@ -227,7 +259,7 @@ def test_a_place_that_cannot_be_written_is_one_sentence(study, tmp_path):
     assert "--out" in caught.value.remedy
     assert "\n" not in str(caught.value)
     store = open_store(tmp_path / "good", study)
-    (tmp_path / "good" / "part-00000.partial").mkdir()
+    (tmp_path / "good" / "part-00000.parquet").mkdir()
     with pytest.raises(ToleranceError, match="cannot be written"):
         store.put(0, np.zeros((64, len(store.names))))
 

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import re
 import sys
-import tempfile
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -15,6 +13,7 @@ from contextvars import ContextVar
 from pathlib import Path
 
 from cycloid_profile.cli.output._encoding import said
+from cycloid_profile.filesystem import new_file
 
 SHORTEST = 3.0  # s; below, no time is shown
 _MOST_COMMANDS = 200  # whose durations are kept
@@ -95,10 +94,8 @@ def keep_durations(steps: Sequence[tuple[float, str]]) -> None:
         kept[_key()] = [[round(start, 1), name] for start, name in steps]
         newest = dict(list(kept.items())[-_MOST_COMMANDS:])
         _file().parent.mkdir(parents=True, exist_ok=True)
-        handle, scratch = tempfile.mkstemp(dir=_file().parent)
-        with os.fdopen(handle, "w", encoding="utf-8") as written:
-            json.dump(newest, written)
-        Path(scratch).replace(_file())
+        with new_file(_file()) as scratch:
+            scratch.write_text(json.dumps(newest), encoding="utf-8")
 
 
 def _file() -> Path:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import math
-import tempfile
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -21,6 +20,7 @@ from cycloid_profile._display import Described
 from cycloid_profile.arrays import ComplexArray, FloatArray
 from cycloid_profile.contact.mesh import Meshing
 from cycloid_profile.errors import GeometryError, LoadError, ResourceError
+from cycloid_profile.filesystem import new_file
 from cycloid_profile.geometry import Contour, DiscOutline
 from cycloid_profile.resources import Need, unpacked_need
 
@@ -78,7 +78,7 @@ class DiscCompliance(Described):
 
     def save(self, path: str | Path) -> None:
         """Write an ``.npz`` file that ``read_disc_compliance`` reads (docs/elastic-disc.md)."""
-        with Path(path).open("wb") as file:
+        with new_file(Path(path)) as scratch, scratch.open("wb") as file:
             np.savez(
                 file, format=_FORMAT, key=self.key, lobes=self.lobes, per_lobe=self.per_lobe, matrix=self.matrix,
                 own=self.own, sectors=self.sectors, sha256=self._checksum(),
@@ -128,6 +128,8 @@ def read_disc_compliance(path: Path, lobes: int, bearings: int) -> DiscComplianc
     wanted = (lobes, (points + 2 * bearings,) * 2, (points,))
     if sizes != wanted or found.per_lobe < 4:
         raise refused(f"has lobes, matrix and own {sizes}, not {wanted}", "make it for this drive, 4 points a lobe")
+    if found.sectors < 1 or lobes % found.sectors:
+        raise refused(f"has {found.sectors} sectors, which do not divide {lobes} lobes", "leave sectors out")
     if not (np.all(np.isfinite(found.matrix)) and np.all(found.own > 0.0)):
         raise refused("has a compliance that is not finite, or not positive", "check its matrix")
     if not np.allclose(found.matrix, found.matrix.T, rtol=0.0, atol=1e-3 * np.max(np.abs(found.matrix))):
@@ -293,16 +295,16 @@ def _of_unit_disc(sizes: _Sizes, poisson_ratio: float) -> DiscCompliance:
 def _remembered(key: str, sizes: _Sizes, poisson_ratio: float) -> DiscCompliance:
     path = _cache_folder() / f"{key}.npz"
     lobes, bearings = sizes.outline.profile.trochoid.lobes, len(sizes.named[0])
-    with suppress(LoadError):
-        return read_disc_compliance(path, lobes, bearings)
+    # A file that is damaged, too large, or of another disc under this name is computed again.
+    with suppress(LoadError, ResourceError):
+        if (found := read_disc_compliance(path, lobes, bearings)).key == key:
+            return found
     sizes.need.require()
     found = _computed(key, sizes, poisson_ratio)
     # A cache that cannot be written to costs time only.
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=path.parent) as folder:
-            found.save(Path(folder) / path.name)
-            (Path(folder) / path.name).replace(path)
+        found.save(path)
     return found
 
 

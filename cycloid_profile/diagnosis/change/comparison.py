@@ -17,6 +17,7 @@ from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.change.amounts import AmountChange, amount_to_json, number_or_none
 from cycloid_profile.diagnosis.change.loop_figures import FigureChange, figures_of_loop
 from cycloid_profile.diagnosis.data.recording import Recording, use_all_rows
+from cycloid_profile.diagnosis.data.screening import require_new_rows
 from cycloid_profile.diagnosis.model.candidate import Candidate, candidates
 from cycloid_profile.diagnosis.model.detection import largest_gain
 from cycloid_profile.diagnosis.model.evidence import estimate
@@ -73,7 +74,11 @@ class Comparison:
 def compare_diagnoses(
     before: Diagnosis, after: Diagnosis, progress: Callable[[str], None] = lambda _: None
 ) -> Comparison:
-    """What changed between two diagnoses of one specimen on the same reducer of the spec."""
+    """What changed between two diagnoses of one specimen on the same reducer of the spec.
+
+    Raises ``MeasurementError`` where both explain the same file.
+    """
+    require_new_rows(*([gap.recording.measurement for gap in one.gaps] for one in (before, after)))
     progress("comparing both times")
     model = _both_times(before, after)
     named = [_effects(one, model.only_loops) for one in (before, after)]

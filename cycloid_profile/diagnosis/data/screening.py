@@ -52,6 +52,14 @@ def screen_files(
     return files[: len(measurements)], files[len(measurements) :]
 
 
+def require_new_rows(before: Sequence[Measurement], after: Sequence[Measurement]) -> None:
+    """Raise ``MeasurementError`` where a file of one time is that of the other: the change would be certain, and 0."""
+    for one in before:
+        for other in after:
+            if _same_rows(one, other):
+                raise refusal(one, "rows", "are", f"those of {other.name}", "name the file of the other time", " ")
+
+
 def _same_rows(first: Measurement, second: Measurement) -> bool:
     return first.kind is second.kind and all(np.array_equal(first[name], second[name]) for name in first.kind.columns)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from importlib import resources
 from pathlib import Path
@@ -14,7 +15,9 @@ from cycloid_profile.spec import plain_text, toml_values, unreadable, validated
 from cycloid_profile.spec.model import BlocksSpec, Dialect, ExportSpec, MachineSpec
 
 MACHINES: tuple[str, ...] = get_args(Dialect)
-_PLACES = {"tool": "1", "offset": "1", "spindle": "1", "z": "1"}
+_PLACES = frozenset({"tool", "offset", "spindle", "z"})
+# Not a format string: one reaches attributes, and widths of any size.
+_PLACE = re.compile(r"\{([^{}]*)\}")
 # Keys of [export.grinding] that override the machine, and where they stand in a machine file.
 _OVERRIDES = {
     "stock_um": ("passes", "stock_um"),
@@ -83,7 +86,7 @@ def filled(lines: tuple[str, ...], machine: MachineSpec, z: str = "0") -> list[s
     """Blocks of a machine file with tool, offset, spindle speed and the height ``z`` filled in."""
     tool = machine.tool
     values = {"tool": tool.number, "offset": tool.offset, "spindle": f"{tool.spindle_rpm:g}", "z": z}
-    return [line.format(**values) for line in lines]
+    return [_PLACE.sub(lambda place: str(values[place[1]]), line) for line in lines]
 
 
 def _merged(base: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:
@@ -102,11 +105,9 @@ def _check(file: Path, machine: MachineSpec) -> None:
             raise _refusal(file, key, [low, high], "is no rising range", "give the least value, then the largest")
     for name in BlocksSpec.__struct_fields__:
         for line in getattr(machine.blocks, name):
-            try:
-                line.format(**_PLACES)
-            except (KeyError, ValueError, IndexError):
+            if not set(_PLACE.findall(line)) <= _PLACES or set("{}") & set(_PLACE.sub("", line)):
                 remedy = "fill in {tool}, {offset}, {spindle} or {z} only"
-                raise _refusal(file, f"blocks.{name}", f"'{line}'", "has an unknown place", remedy) from None
+                raise _refusal(file, f"blocks.{name}", f"'{line}'", "has an unknown place", remedy)
 
 
 def _refusal(file: Path, key: str, value: object, limit: str, remedy: str) -> ExportError:

@@ -18,14 +18,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from cycloid_profile import filesystem as system
 from cycloid_profile.errors import ExportError
-from cycloid_profile.export.writing import _system as system
 from cycloid_profile.export.writing.manifest import file_hash, is_inside
 
 PARTIAL = "cycloid-profile.partial"
 _EXCHANGE, _JOURNAL = "exchange.json", "journal.json"
 _PATIENCE = 30.0  # s to wait for another process that writes into the same folder
-_ABANDONED = 3600.0  # s after which a scratch folder counts as left behind where the system has no locks
 _log = logging.getLogger("cycloid_profile")
 
 
@@ -142,26 +141,24 @@ def _grabbed(place: Path) -> int | None:
         place.mkdir()
     if place.is_symlink():
         raise OSError(40, "a link has the name of the scratch folder", str(place))
+    handle: int | None = None
     try:
-        import fcntl
+        handle = system.lock(place)
+        # The process before may have removed the folder between the two calls.
+        if handle is None or os.fstat(handle).st_ino == place.stat().st_ino:
+            return handle
     except ImportError:
         return _grabbed_by_age(place)
-    handle = -1
-    try:
-        handle = os.open(place, os.O_RDONLY)
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        # The process before may have removed the folder between the two calls.
-        if os.fstat(handle).st_ino == place.stat().st_ino:
-            return handle
-    except (BlockingIOError, FileNotFoundError):
+    except FileNotFoundError:
         pass
-    if handle >= 0:
+    if handle is not None:
         os.close(handle)
     return None
 
 
 def _grabbed_by_age(place: Path) -> int | None:
-    if any(place.iterdir()) and time.time() - place.stat().st_mtime < _ABANDONED:
+    # Age decides where the system has no locks.
+    if any(place.iterdir()) and time.time() - place.stat().st_mtime < system.ABANDONED:
         return None
     return os.open(os.devnull, os.O_RDONLY)
 
@@ -280,11 +277,8 @@ def _undo(place: Path, folder: Path, journal: Mapping[str, Any]) -> None:
 
 
 def _write_json(path: Path, value: Mapping[str, Any]) -> None:
-    scratch = path.with_suffix(".writing")
-    scratch.write_text(json.dumps(value), encoding="utf-8")
-    system.sync(scratch)
-    system.rename(scratch, path)
-    system.sync(path.parent)
+    with system.new_file(path) as scratch:
+        scratch.write_text(json.dumps(value), encoding="utf-8")
 
 
 def _read_json(path: Path) -> dict[str, Any] | None:

@@ -30,10 +30,12 @@ class Protection:
     force: bool = False
 
     def check(self, target: Path) -> None:
-        """Raises ``ExportError`` where ``target`` is a folder, an input, or a file that this program did not make or
-        that was changed since."""
+        """Raises ``ExportError`` where ``target`` is a folder, a device or a pipe, an input, or a file that this program
+        did not make or that was changed since; ``force`` allows the last two."""
         if target.is_dir():
             raise _refusal(target, "a folder has that name")
+        if target.exists() and not target.is_file():
+            raise _refusal(target, "it is no plain file")
         if self.force or not os.path.lexists(target):
             return
         if any(one.exists() and target.exists() and one.samefile(target) for one in self.inputs):
@@ -61,8 +63,9 @@ def atomic_folder(
     Raises ``ExportError`` if ``folder`` cannot be written to, is being written by another process, or holds a file
     under one of the names that ``protection`` keeps.
     """
-    shown, folder = folder, folder.resolve()
+    shown = folder
     try:
+        folder = _resolved(folder)
         with staging(folder, shared) as stage:
             yield stage.new
             with signals_deferred():
@@ -70,6 +73,14 @@ def atomic_folder(
     except OSError as error:
         named = error.filename2 or error.filename or shown
         raise _refusal(Path(os.fsdecode(named)), error.strerror or str(error)) from None
+
+
+def _resolved(folder: Path) -> Path:
+    """The folder that links lead to; raises ``OSError`` where they lead round in a circle."""
+    try:
+        return folder.resolve()
+    except RuntimeError:
+        raise OSError(40, "links lead round in a circle", str(folder)) from None
 
 
 def written_folders() -> tuple[Path, ...]:

@@ -9,8 +9,8 @@ from contextlib import suppress
 from pathlib import Path, PurePath, PurePosixPath
 from typing import Any
 
-from cycloid_profile.export.writing import _system as system
 from cycloid_profile.export.writing.exporter import WrittenFile
+from cycloid_profile.filesystem import new_file
 from cycloid_profile.spec import format_spec
 from cycloid_profile.spec.model import Spec
 from cycloid_profile.units import DEGREE, UM
@@ -127,9 +127,8 @@ def remember(digests: Iterable[str]) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         if path.is_file() and path.stat().st_size > _LONGEST_RECORD:
             lines = path.read_text(encoding="ascii", errors="replace").splitlines()
-            shorter = path.with_suffix(".new")
-            shorter.write_text("\n".join(lines[len(lines) // 2 :]) + "\n", encoding="ascii", newline="\n")
-            system.rename(shorter, path)
+            with new_file(path) as shorter:
+                shorter.write_text("\n".join(lines[len(lines) // 2 :]) + "\n", encoding="ascii", newline="\n")
         with path.open("a", encoding="ascii", newline="\n") as file:
             file.write("".join(f"{digest}\n" for digest in fresh))
 

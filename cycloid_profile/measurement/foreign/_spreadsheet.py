@@ -7,11 +7,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from cycloid_profile.errors import MeasurementError
+from cycloid_profile.errors import MeasurementError, ResourceError
 from cycloid_profile.measurement.foreign.table import SourceTable, read_table
-from cycloid_profile.resources import unpacked_need
+from cycloid_profile.resources import Need, unpacked_need
 
 _MEMORY_PER_BYTE = 25.0  # of an unpacked sheet
+_MOST_ROWS = 1_048_576
+_STEP = 20_000_000  # characters of a sheet between two looks at what it needs
 _ZIP, _OLE = b"PK\x03\x04", b"\xd0\xcf\x11\xe0"
 
 
@@ -38,7 +40,11 @@ class SpreadsheetReader:
             raise MeasurementError(name, "the file", "needs openpyxl to be read", remedy, ": ") from None
         try:
             book = load_workbook(io.BytesIO(data), read_only=True, data_only=True)
-            sheets = [(sheet.title, _text(sheet.iter_rows(values_only=True))) for sheet in book.worksheets]
+            # A row of any number has all rows before it; Excel has no more than these.
+            rows = [(sheet.title, sheet.iter_rows(values_only=True, max_row=_MOST_ROWS)) for sheet in book.worksheets]
+            sheets = [(title, _text(some, name)) for title, some in rows]
+        except ResourceError:
+            raise
         except Exception as error:  # a damaged archive raises whatever its parts raise
             reason = type(error).__name__
             raise MeasurementError(name, "the workbook", f"is damaged ({reason})", "save it again", ": ") from None
@@ -57,9 +63,20 @@ class SpreadsheetReader:
         raise fault or MeasurementError(name, "the workbook", "has no sheets", "save one sheet", ": ")
 
 
-def _text(rows: Iterable[tuple[Any, ...]]) -> str:
-    """The sheet as lines with tabs, an empty line for an empty row, so that lines count as rows do."""
-    return "\n".join("\t".join(_cell(value) for value in row) for row in rows)
+def _text(rows: Iterable[tuple[Any, ...]], name: str) -> str:
+    """The sheet as lines with tabs, an empty line for an empty row, so that lines count as rows do.
+
+    Raises ``ResourceError`` where it grows too large: a cell far to the right has all cells before it.
+    """
+    lines, size, stated = [], 0, 0
+    for row in rows:
+        lines.append("\t".join(_cell(value) for value in row))
+        size += len(lines[-1]) + 1
+        if size > stated + _STEP:
+            stated = size
+            cells = f"has cells of {size / 1e6:,.0f} MB as text"
+            Need(name, cells, "save the table alone", memory=_MEMORY_PER_BYTE * size, joint=" ").require()
+    return "\n".join(lines)
 
 
 def _formulas(sheet: Any) -> bool:

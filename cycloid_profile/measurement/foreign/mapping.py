@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from cycloid_profile.errors import MeasurementError, did_you_mean
+from cycloid_profile.filesystem import new_file
 from cycloid_profile.measurement._strict import finite_number
 from cycloid_profile.measurement.foreign._vocabulary import DIMENSIONS, UNITS, interpret, unit_size
 from cycloid_profile.measurement.kinds import kind_named
@@ -160,10 +161,9 @@ def remember(folder: Path, header: Sequence[str], mapping: ColumnMapping) -> Pat
         return None
     kept = [entry for entry in entries if entry.get("header") != list(header)]
     text = tomli_w.dumps({"mapping": [*kept, {"header": list(header), "columns": str(kept_mapping)}]})
-    scratch = folder / f"{MAPPING_FILE}.partial"
     try:
-        scratch.write_text(f"{_HEAD}\n{text}", encoding="utf-8", newline="\n")
-        scratch.replace(file)
+        with new_file(file) as scratch:
+            scratch.write_text(f"{_HEAD}\n{text}", encoding="utf-8", newline="\n")
     except OSError:
         return None
     return file

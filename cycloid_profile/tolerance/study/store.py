@@ -1,10 +1,17 @@
-"""Results of a study on disk, one Parquet file per chunk, written atomically; an interrupted run resumes."""
+"""Results of a study on disk, one Parquet file per chunk, written atomically; an interrupted run resumes.
+
+Every column carries the SHA-256 of its study, its chunk, its name and its numbers: a file that was damaged, or is from
+another study or chunk, is computed again.
+"""
 
 from __future__ import annotations
 
+import hashlib
 import json
+import os
 import re
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,10 +20,12 @@ import numpy as np
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.errors import ToleranceError
+from cycloid_profile.filesystem import lock, new_file
 from cycloid_profile.tolerance.study.chunks import Study
 
 _STUDY = "study.json"
-_OWN_PART = re.compile(r"part-\d{5,}\.(parquet|partial)")
+_OWN_PART = re.compile(r"part-\d{5,}\.(parquet|partial)|\.part-\d{5,}\.parquet\.\w+\.partial")
+_DIGEST = b"sha256"
 
 
 @dataclass(frozen=True)
@@ -32,20 +41,35 @@ class Store:
         numbers = range(self.study.chunks)
         return [number for number in numbers if not self._whole(number)] if self._is_same else list(numbers)
 
-    def claim(self) -> None:
-        """Make the folder that of this study; files of another study in it are deleted.
+    @contextmanager
+    def claimed(self) -> Iterator[None]:
+        """Make the folder that of this study, and of this process within the context.
 
-        Raises ``ToleranceError`` if the folder cannot be made or written to.
+        Files of another study in it, and those that a killed process left, are deleted. Raises ``ToleranceError`` if
+        the folder cannot be made or written to, or another process computes a study there.
         """
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
+            handle = _lock(self.folder)
+        except OSError as error:
+            raise _not_written(self.folder, error) from None
+        try:
+            self._claim()
+            yield
+        finally:
+            if handle >= 0:
+                os.close(handle)
+
+    def _claim(self) -> None:
+        try:
             kept = {self.path(number) for number in range(self.study.chunks)} if self._is_same else set()
-            for old in set(self.folder.glob("part-*")) - kept:
+            for old in set(self.folder.glob("*part-*")) - kept:
                 if _OWN_PART.fullmatch(old.name) and old.is_file():
                     old.unlink()
             if not self._is_same:
                 text = json.dumps(self._header, indent=1) + "\n"
-                (self.folder / _STUDY).write_text(text, encoding="utf-8", newline="\n")
+                with new_file(self.folder / _STUDY) as scratch:
+                    scratch.write_text(text, encoding="utf-8", newline="\n")
         except OSError as error:
             raise _not_written(self.folder, error) from None
 
@@ -56,11 +80,15 @@ class Store:
 
         first, count = self.study.span(number)
         columns = {"reducer": np.arange(first, first + count), **dict(zip(self.names, values.T, strict=True))}
+        arrays = [pa.array(column) for column in columns.values()]
+        fields = [
+            pa.field(name, array.type, metadata={_DIGEST: self._digest(number, name, column)})
+            for (name, column), array in zip(columns.items(), arrays, strict=True)
+        ]
         path = self.path(number)
-        scratch = path.with_suffix(".partial")
         try:
-            pq.write_table(pa.table(columns), scratch, write_page_checksum=True)
-            scratch.replace(path)
+            with new_file(path) as scratch:
+                pq.write_table(pa.table(arrays, schema=pa.schema(fields)), scratch)
         except OSError as error:
             raise _not_written(path, error) from None
 
@@ -70,17 +98,15 @@ class Store:
 
     def tables(self, names: Sequence[str] | None = None) -> Iterator[FloatArray]:
         """The quantities ``names``, all unless given, chunk by chunk in order, shape (count, quantities)."""
-        import pyarrow.parquet as pq
-
         some = list(self.names if names is None else names)
         for number in range(self.study.chunks):
             try:
-                table = pq.read_table(self.path(number), columns=some, page_checksum_verification=True)
-                values = np.stack([table[name].to_numpy() for name in some], axis=1)
+                columns = self._read(number, some)
             except (OSError, ValueError, KeyError) as error:
-                limit = f"was changed while the study ran ({str(error).splitlines()[0]})"
+                reason = next(iter(str(error).splitlines()), type(error).__name__)
+                limit = f"was changed while the study ran ({reason})"
                 raise ToleranceError("samples", f"'{self.path(number)}'", limit, "run it again", " ") from None
-            yield values
+            yield np.stack(columns, axis=1)
 
     @property
     def _header(self) -> dict[str, Any]:
@@ -97,26 +123,55 @@ class Store:
         return self.folder / f"part-{number:05d}.parquet"
 
     def _whole(self, number: int) -> bool:
+        try:
+            reducers, *_ = self._read(number, ["reducer", *self.names])
+        except (OSError, ValueError, KeyError):
+            return False
+        return len(reducers) == self.study.span(number)[1]
+
+    def _read(self, number: int, names: Sequence[str]) -> list[FloatArray]:
+        """Columns of a chunk. Raises ``OSError``, ``ValueError`` or ``KeyError`` where they are not what was stored."""
         import pyarrow as pa
         import pyarrow.parquet as pq
 
         path = self.path(number)
+        if not path.is_file():
+            raise FileNotFoundError(2, "No such file", str(path))
         try:
-            if not path.is_file():
-                return False
-            first, count = self.study.span(number)
-            table = pq.read_table(path, page_checksum_verification=True)
-        except (OSError, pa.ArrowException, ValueError):
-            return False
-        whole = set(table.column_names) == {"reducer", *self.names} and table.num_rows == count
-        return whole and bool(np.array_equal(table["reducer"].to_numpy(), np.arange(first, first + count)))
+            table = pq.read_table(path, columns=list(names))
+            columns = [table[name].to_numpy() for name in names]
+        except pa.ArrowException as error:
+            raise ValueError(str(error)) from None
+        for name, column in zip(names, columns, strict=True):
+            if (table.schema.field(name).metadata or {}).get(_DIGEST) != self._digest(number, name, column):
+                raise ValueError(f"the checksum of {name} does not fit")
+        return columns
+
+    def _digest(self, number: int, name: str, values: np.ndarray) -> bytes:
+        """Checksum of a column, which binds its numbers to their place."""
+        place = f"{self.study.fingerprint} {number} {name} {values.dtype} "
+        return hashlib.sha256(place.encode() + np.ascontiguousarray(values).tobytes()).hexdigest().encode()
 
 
 def open_store(folder: Path, study: Study) -> Store:
-    """The store of a study, claimed: see ``Store.claim``."""
+    """The store of a study, after a claim: see ``Store.claimed``."""
     store = Store(folder, study, study.quantity_model.names)
-    store.claim()
-    return store
+    with store.claimed():
+        return store
+
+
+def _lock(folder: Path) -> int:
+    """Handle of the locked folder, −1 where the system has no locks."""
+    try:
+        handle = lock(folder)
+    except ImportError:
+        return -1
+    if handle is None:
+        limit = "are being computed by another process"
+        raise ToleranceError(
+            "samples", f"in '{folder}'", limit, "wait for it, or choose another folder with --out", " "
+        )
+    return handle
 
 
 def _read_header(path: Path) -> object:

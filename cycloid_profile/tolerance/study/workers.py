@@ -9,6 +9,7 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import CancelledError, ThreadPoolExecutor
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import islice
@@ -57,16 +58,17 @@ def run(
     known, began = study.chunks - len(missing), time.monotonic()
     if known:
         progress(f"{known} of {study.chunks} chunks are there from a run before")
-    # Files of another study are not touched before there is a result: the workers may be out of reach.
-    for done, (number, values) in enumerate((workers or Threads()).results(study, missing), start=1):
-        if done == 1:
-            store.claim()
-        store.put(number, values)
-        seconds = (time.monotonic() - began) / done * (len(missing) - done)
-        reducers = min((known + done) * study.chunk, study.samples)
-        progress(f"{reducers:,} of {study.samples:,} reducers, {seconds:.0f} s to go")
-    if not missing:
-        store.claim()
+    with ExitStack() as claimed:
+        # Files of another study are not touched before there is a result: the workers may be out of reach.
+        for done, (number, values) in enumerate((workers or Threads()).results(study, missing), start=1):
+            if done == 1:
+                claimed.enter_context(store.claimed())
+            store.put(number, values)
+            seconds = (time.monotonic() - began) / done * (len(missing) - done)
+            reducers = min((known + done) * study.chunk, study.samples)
+            progress(f"{reducers:,} of {study.samples:,} reducers, {seconds:.0f} s to go")
+        if not missing:
+            claimed.enter_context(store.claimed())
     return store
 
 

@@ -1,19 +1,66 @@
-"""Calls to the file system that change an output folder; the only place that makes them, so that tests can fail each.
+"""Calls to the file system that must leave an old file or a new one: rename, exchange, wait for the disk.
 
-Every function raises ``OSError`` as the system does.
+No other module makes them, so that tests can fail each. Every function raises ``OSError`` as the system does.
 """
 
 from __future__ import annotations
 
 import ctypes
+import glob
 import os
+import secrets
 import sys
-from contextlib import suppress
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 
 _AT_FDCWD = -100  # paths relative to the working folder
 _EXCHANGE = 2  # RENAME_EXCHANGE of linux/fs.h
+ABANDONED = 3600.0  # s after which what no process holds counts as left behind; no single file takes as long
+
+
+@contextmanager
+def new_file(path: Path) -> Iterator[Path]:
+    """A scratch name next to ``path`` for its new content, which takes its place at the end of the block, or vanishes.
+
+    The content is on the disk before. Scratch files that a killed process left for ``path`` are removed.
+    """
+    if path.exists() and not path.is_file():
+        raise OSError(22, "it is no plain file", str(path))
+    for old in path.parent.glob(f".{glob.escape(path.name)}.*.partial"):
+        with suppress(OSError):
+            if time.time() - old.stat().st_mtime > ABANDONED:
+                old.unlink()
+    # Two processes that write the same file have a scratch file each; the last one to end wins.
+    scratch = path.with_name(f".{path.name}.{secrets.token_hex(4)}.partial")
+    try:
+        yield scratch
+        sync(scratch)
+        rename(scratch, path)
+        sync(path.parent)
+    finally:
+        scratch.unlink(missing_ok=True)
+
+
+def lock(folder: Path) -> int | None:
+    """A handle that holds the lock of a folder until it is closed, None where another process holds it.
+
+    The system frees the lock when a process ends. Raises ``ImportError`` where the system has no such locks.
+    """
+    import fcntl
+
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(handle)
+        return None
+    except OSError:
+        os.close(handle)
+        raise
+    return handle
 
 
 def rename(source: Path, target: Path) -> None:
