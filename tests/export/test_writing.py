@@ -340,7 +340,7 @@ def test_what_others_add_meanwhile_is_kept(folder: Path, monkeypatch: pytest.Mon
 def test_links_that_lead_round_in_a_circle_and_pipes_are_refused(tmp_path: Path) -> None:
     (tmp_path / "a").symlink_to(tmp_path / "b")
     (tmp_path / "b").symlink_to(tmp_path / "a")
-    with pytest.raises(ExportError, match="cannot be written|circle"), atomic_folder(tmp_path / "a" / "out"):
+    with pytest.raises(ExportError, match="cannot be written"), atomic_folder(tmp_path / "a" / "out"):
         pass
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(ExportError, match="no plain file"):

@@ -30,8 +30,8 @@ class Protection:
     force: bool = False
 
     def check(self, target: Path) -> None:
-        """Raises ``ExportError`` where ``target`` is a folder, a device or a pipe, an input, or a file that this program
-        did not make or that was changed since; ``force`` allows the last two."""
+        """Raises ``ExportError`` where ``target`` is a folder, a device or a pipe, an input, or a file that this
+        program did not make or that was changed since; ``force`` allows the last two."""
         if target.is_dir():
             raise _refusal(target, "a folder has that name")
         if target.exists() and not target.is_file():
