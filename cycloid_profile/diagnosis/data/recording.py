@@ -8,8 +8,8 @@ import numpy as np
 
 from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
 from cycloid_profile.diagnosis.data._drift import loop_drift, origin_drift, turn_drift
-from cycloid_profile.diagnosis.data.noise import Noise, estimate_noise, gross_errors, local_noise, run_starts
 from cycloid_profile.diagnosis.data._smooth_forms import forms_of_scan
+from cycloid_profile.diagnosis.data.noise import Noise, estimate_noise, gross_errors, local_noise, run_starts
 from cycloid_profile.effects import AsBuiltReducer, transmitted_torque
 from cycloid_profile.errors import MeasurementError
 from cycloid_profile.measurement import (

@@ -13,8 +13,8 @@ import numpy as np
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.contact.stage import LoadedContacts
 from cycloid_profile.diagnosis import _tuned as tuned
-from cycloid_profile.diagnosis.data.recording import FRICTION_MARGIN, NEAR_ZERO, Recording, torque_since_reversal
 from cycloid_profile.diagnosis.data._smooth_forms import forms_of_scan, hat_functions, waves
+from cycloid_profile.diagnosis.data.recording import FRICTION_MARGIN, NEAR_ZERO, Recording, torque_since_reversal
 from cycloid_profile.diagnosis.model.priors import priors_of
 from cycloid_profile.effects import AsBuiltReducer, loop_branches
 from cycloid_profile.errors import CycloidError
