@@ -56,6 +56,7 @@ def simulate(
         Spec file (TOML).
     """
     from cycloid_profile.design import as_built_reducer
+    from cycloid_profile.measurement import kind_named
     from cycloid_profile.report import key_figure_table, write_measurement
     from cycloid_profile.rig import Settings, key_figures
     from cycloid_profile.rig import simulate as measure
@@ -75,7 +76,7 @@ def simulate(
         show_step("building the reducer")
         wanted = read_with_plugins(spec, plugin)
         reducer = as_built_reducer(wanted)
-        title = kind.replace("_", " ")
+        title = kind_named(kind).title
         show_step(f"measuring: {title}")
         measured = measure(reducer, kind, settings)
         figures = key_figures(measured)

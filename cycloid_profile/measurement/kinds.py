@@ -40,7 +40,7 @@ class MeasurementKind:
 
     @property
     def title(self) -> str:
-        """Name without underscores."""
+        """Name in words."""
         return self.name.replace("_", " ")
 
     @property
@@ -71,6 +71,10 @@ class Hysteresis(MeasurementKind):
     columns = ("torque_nm", "angle_arcmin")
     unit, unit_size = "arcmin", ARCMIN
     coordinate = "row"
+
+    @property
+    def title(self) -> str:
+        return "hysteresis loop"
 
 
 class _OverOutputTurn(MeasurementKind):
