@@ -118,15 +118,24 @@ def figure_table(
     digits: int = 4, note: str = "",
 ) -> PlainTable:  # fmt: skip
     """Table of key figures with their units; columns of identical cells become one."""
-    merged: dict[tuple[str, ...], list[str]] = {}
-    for column, head in zip(columns, heads or ("",) * len(columns), strict=True):
-        merged.setdefault(tuple(figure_text(column[row.key], digits=digits) for row in rows), []).append(head)
+    merged = merged_columns(rows, columns, heads or ("",) * len(columns), digits)
     notes = [row.note for row in rows]
-    cells = [[row.label for row in rows], *merged, [row.unit for row in rows], *([notes] if any(notes) else [])]
-    named = ("", *(" and ".join(same) for same in merged.values()), "unit", *([""] if any(notes) else []))
+    found = [found for _, found in merged]
+    cells = [[row.label for row in rows], *found, [row.unit for row in rows], *([notes] if any(notes) else [])]
+    named = ("", *(head for head, _ in merged), "unit", *([""] if any(notes) else []))
     return PlainTable(
         title, named if any(heads) else ("",) * len(cells), tuple(zip(*map(tuple, cells), strict=True)), note
     )
+
+
+def merged_columns(
+    rows: Sequence[FigureRow], columns: Sequence[Mapping[str, Any]], heads: Sequence[str], digits: int = 4
+) -> list[tuple[str, tuple[str, ...]]]:
+    """Head and cells of each column; columns of identical cells become one, "a and b"."""
+    merged: dict[tuple[str, ...], list[str]] = {}
+    for column, head in zip(columns, heads, strict=True):
+        merged.setdefault(tuple(figure_text(column[row.key], digits=digits) for row in rows), []).append(head)
+    return [(" and ".join(same), cells) for cells, same in merged.items()]
 
 
 def inline_svg(svg: Path, prefix: str) -> str:

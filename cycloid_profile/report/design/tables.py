@@ -11,7 +11,7 @@ from cycloid_profile._display import FigureRow, figure_text
 from cycloid_profile.articles import PlainTable
 from cycloid_profile.design import ACCURACY, AS_BUILT, CheckStatus
 from cycloid_profile.export import file_names
-from cycloid_profile.report.page import figure_table
+from cycloid_profile.report.page import figure_table, merged_columns
 from cycloid_profile.spec.model import Spec
 
 LOAD = (
@@ -197,13 +197,8 @@ def _strength_table(figures: Mapping[str, Any]) -> PlainTable:
 
 def _table(title: str, rows: Sequence[FigureRow], figures: Mapping[str, Any], columns: Sequence[str]) -> PlainTable:
     """The rows of the terminal; a single column has no head."""
-    return PlainTable(
-        title,
-        ("", *(columns if len(columns) > 1 else ("",))),
-        tuple(
-            (f"{row.label} [{row.unit}]" if row.unit else row.label,
-             *(figure_text(figures[column][row.key]) for column in columns))
-            for row in rows
-            if not row.report_only
-        ),
-    )  # fmt: skip
+    shown = [row for row in rows if not row.report_only]
+    merged = merged_columns(shown, [figures[column] for column in columns], columns)
+    labels = [f"{row.label} [{row.unit}]" if row.unit else row.label for row in shown]
+    heads = tuple(head for head, _ in merged) if len(columns) > 1 else ("",)
+    return PlainTable(title, ("", *heads), tuple(zip(labels, *(found for _, found in merged), strict=True)))
