@@ -97,7 +97,8 @@ def origin_drift(removal: FloatArray, normal: ComplexArray, rows: IntArray, form
     gain = float(left @ left - rest @ rest) / level
     if gammaincc(0.5 * seen.shape[1], 0.5 * gain) > _CHANCE:
         return 0.0
-    return _WIDTH * float(np.sqrt(np.sum(amount**2) / 2.0))
+    # By moments: columns that the forms nearly contain have amounts that are all noise.
+    return _WIDTH * math.sqrt(max(gain - seen.shape[1], 0.0) * level / float(np.sum(seen**2)))
 
 
 def origin_path(normal: ComplexArray, rows: IntArray, degrees: int = _ORIGIN_DEGREES) -> FloatArray:

@@ -8,7 +8,7 @@ import numpy as np
 
 from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
 from cycloid_profile.diagnosis.data._drift import loop_drift, origin_drift, turn_drift
-from cycloid_profile.diagnosis.data._smooth_forms import forms_of_scan
+from cycloid_profile.diagnosis.data._smooth_forms import forms_of_scan, waves
 from cycloid_profile.diagnosis.data.noise import Noise, estimate_noise, gross_errors, local_noise, run_starts
 from cycloid_profile.effects import AsBuiltReducer, transmitted_torque
 from cycloid_profile.errors import MeasurementError
@@ -49,6 +49,7 @@ _LOOP_BLOCK = 5  # rows
 _HELD_OUT = 5  # one block in five
 # Rows of a scan from which neighbours are averaged: 0.02 mm on the flank of an RV-40E, a tenth of a contact width.
 MOST_ROWS = 20_000
+_BENT = 12  # waves round the turn of a disc bent by its clamping, as in the detection
 _GAP = 2.0  # times the usual length of a group: larger gaps separate groups
 FEW_LOBES = 0.5  # share of the lobes: fewer show no waves round the disc
 _SMOOTHED = 0.85  # correlation of neighbours that no reading of a loop has
@@ -185,14 +186,17 @@ def _scan_recording(reducer: AsBuiltReducer, measurement: Measurement, disc: int
         rows = np.argsort(along, kind="stable")
     noise = estimate_noise(placed.removal[rows] / UM, np.arange(rows.size), stated)
     forms = forms_of_scan(tooth, along[rows], placed.lobe[rows], placed.foot[rows])
+    # A disc bent by its clamping varies faster round the turn, but passes from lobe to lobe without a step.
+    lobes = tooth.trochoid.lobes
+    forms = np.hstack([forms, waves([k * along[rows] / lobes for k in range(3, min(lobes // 2, _BENT) + 1)])])
     drift = origin_drift(placed.removal[rows] / UM, placed.normal[rows], rows, forms, noise)
     if drift:
         notes.append("the origin drifts from the first point to the last; its path is fitted with the effects")
-    points = np.bincount(placed.lobe[rows].astype(int), minlength=tooth.trochoid.lobes)
+    points = np.bincount(placed.lobe[rows].astype(int), minlength=lobes)
     # A lobe that was not scanned may contain a point of its neighbour, at the tip.
     covered = int(np.count_nonzero(points > 0.25 * np.median(points[points > 0])))
-    if covered < tooth.trochoid.lobes:
-        notes.append(_partial_scan_note(covered, tooth.trochoid.lobes))
+    if covered < lobes:
+        notes.append(_partial_scan_note(covered, lobes))
     block = np.floor(along[rows] / (2.0 * np.pi) * _BLOCKS_PER_LOBE).astype(int)
     held_out = block % _HELD_OUT == 2
     return Recording(measurement, disc, rows, held_out, noise, tuple(notes), placed, lobes_covered=covered, drift=drift)
