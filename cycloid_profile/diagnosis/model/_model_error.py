@@ -30,11 +30,11 @@ _MULTIPLES = 6  # of lobes and pins: amplitudes fall with the harmonic
 _LOW_ORDERS = 12  # of a smooth error of a turn
 
 
-def load_error(reducer: AsBuiltReducer, curve: LinearisedCurve, recording: Recording) -> FloatArray:
+def load_error(reducer: AsBuiltReducer, curve: LinearisedCurve) -> FloatArray:
     """Columns of the error that grows with the load, in the unit of the file, shape (rows, columns).
 
     Contact law (its factor and its exponent), coupling of neighbouring pins by the disc, and bearings, each with the
-    width in ``_tuned``. An equal change in all rows is no error but an effect: compliance, zero.
+    width in ``_tuned``.
     """
     law, contact = reducer.case.law, reducer.case.line_contact
 
@@ -57,8 +57,7 @@ def load_error(reducer: AsBuiltReducer, curve: LinearisedCurve, recording: Recor
     softer = tuned.BEARING_STIFFNESS / reducer.case.drive.support.bearing_stiffness
     with suppress(CycloidError):
         columns.append(curve.change(reducer.with_bearings(softer=softer)))
-    stacked = np.stack([np.nan_to_num(column, posinf=0.0, neginf=0.0) for column in columns], axis=1)
-    return stacked - _common(recording, stacked)
+    return np.stack([np.nan_to_num(column, posinf=0.0, neginf=0.0) for column in columns], axis=1)
 
 
 def path_error(reducer: AsBuiltReducer, curve: LinearisedCurve, recording: Recording) -> FloatArray:
@@ -190,12 +189,3 @@ def _coupled(at: LoadedContacts, reducer: AsBuiltReducer, pitches: float) -> Flo
     found: FloatArray = spread[at.pose, at.disc, at.pin] / float(np.mean(at.force))
     return found
 
-
-def _common(recording: Recording, columns: FloatArray) -> FloatArray:
-    """Part of the columns that is a constant over a turn, or proportional to the torque on each side of a loop."""
-    if recording.kind is HYSTERESIS:
-        torque = recording.measurement["torque_nm"][recording.rows]
-        known = np.stack([np.ones_like(torque), torque, np.sign(torque)], axis=1)
-    else:
-        known = np.ones((len(columns), 1))
-    return np.asarray(known @ np.linalg.lstsq(known, columns, rcond=None)[0])

@@ -111,7 +111,7 @@ class Residuals:
         """Error of the model without effects, as columns with their prior widths, shape (rows, columns)."""
         if self.recording.kind is PROFILE_SCAN:
             return np.zeros((self.residual.size, 0))
-        grown = load_error(self.reducer, self.first_order, self.recording)
+        grown = load_error(self.reducer, self.first_order)
         return np.hstack([grown, order_error(self.reducer, self.recording, self.position)])
 
     @cached_property
