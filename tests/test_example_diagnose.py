@@ -80,7 +80,8 @@ def test_published_rigidity_needs_a_spring_in_series(tmp_path, capsys):
         assert effect.parameters["stiffness_nm_per_arcmin"] == pytest.approx(one.series, rel=3e-3)
         (gap,) = one.found.gaps
         assert gap.held_out_before > 1.0
-        assert gap.held_out_after < 0.006
+        # The error of the contact law takes the hundredth part of the gap that it may.
+        assert gap.held_out_after < 0.01 * gap.held_out_before
     out = capsys.readouterr().out
     assert "alone: 480.1 N·m/′" in out
     for word in ("which part is soft", "one output angle", "single number is no measurement", "72 became 95"):

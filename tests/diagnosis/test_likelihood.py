@@ -193,7 +193,7 @@ def test_contribution_of_a_member_is_what_the_others_cannot_take_over():
     block, members = Whitened(residuals("scan")), some(False, *KINDS["scan"][1])
     found, u = normal_equations([block], members), np.array([0.3, 0.0, -0.2, 0.1, 0.5, 0.0])
     # M is no projection: its root makes it one.
-    root = np.linalg.cholesky(np.eye(block.z.size) - block.nuisance @ block._gram_inverse @ block.nuisance.T).T
+    root = np.linalg.cholesky(block.projected(np.eye(block.z.size))).T
     G = root @ block.columns(members)
     for of in range(3):
         own, others = G[:, 2 * of : 2 * of + 2] @ u[2 * of : 2 * of + 2], np.delete(G, [2 * of, 2 * of + 1], axis=1)

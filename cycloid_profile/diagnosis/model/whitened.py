@@ -49,12 +49,11 @@ class Whitened:
         self.known = sum(one.nuisance.shape[1] for one in files)
         known = _diagonal([one.white(one.residuals.nuisance) for one in self._files])
         self.nuisance = np.hstack([known, *self._model_errors(members, u)])
-        gram = np.eye(self.nuisance.shape[1]) + self.nuisance.T @ self.nuisance
-        # Widths differ by many powers of ten: scaled to a unit diagonal, the matrix is regular.
-        scale = np.sqrt(np.diag(gram))
-        scaled = gram / np.outer(scale, scale)
-        self._gram_inverse = np.linalg.inv(scaled) / np.outer(scale, scale)
-        self.log_det = float(np.linalg.slogdet(scaled)[1] + 2.0 * np.sum(np.log(scale)))
+        # Nuisances may be nearly parallel and far larger than the noise: normal equations would lose their digits.
+        count = self.nuisance.shape[1]
+        orthogonal, triangle = np.linalg.qr(np.vstack([self.nuisance, np.eye(count)]))
+        self._span: FloatArray = orthogonal[: self.z.size]
+        self.log_det = 2.0 * float(np.sum(np.log(np.abs(np.diag(triangle)))))
 
     def _model_errors(self, members: Sequence[Candidate], u: FloatArray) -> list[FloatArray]:
         """Errors of the model: two files of a pair share all but those of single rows."""
@@ -88,12 +87,12 @@ class Whitened:
 
     def product(self, left: FloatArray, right: FloatArray) -> FloatArray:
         """leftᵀ M right, nuisances marginalised."""
-        inner: FloatArray = left.T @ right - (left.T @ self.nuisance) @ self._gram_inverse @ (self.nuisance.T @ right)
+        inner: FloatArray = left.T @ right - (left.T @ self._span) @ (self._span.T @ right)
         return inner
 
     def projected(self, values: FloatArray) -> FloatArray:
         """M values: residual after a fit of the nuisances against their priors."""
-        left: FloatArray = values - self.nuisance @ (self._gram_inverse @ (self.nuisance.T @ values))
+        left: FloatArray = values - self._span @ (self._span.T @ values)
         return left
 
     @property
