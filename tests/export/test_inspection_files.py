@@ -215,9 +215,10 @@ def test_dmis_touches_a_keyed_bore_beside_its_keyway_and_takes_its_middle_for_da
     assert np.all((sides.real > math.sqrt(91.0)) & (sides.real < 12.8 - 0.3))
     assert ("construct", (None, "TURN", ",FA(SIDE1),FA(SIDE2)")) in found
     assert [float(words[0]) for kind, words in found if kind == "shift"] == 2 * [-8.0, -30.0]
+    large = msgspec.structs.replace(spec.export, inspection=InspectionSpec(probe_radius_mm=3.0))
+    record = replace(record, spec=msgspec.structs.replace(spec, export=large))
     with pytest.raises(ExportError, match="does not fit into the keyway"):
-        large = msgspec.structs.replace(spec.export, inspection=InspectionSpec(probe_radius_mm=3.0))
-        DmisExporter().write(replace(record, spec=msgspec.structs.replace(spec, export=large)), tmp_path)
+        DmisExporter().write(record, tmp_path)
 
 
 @pytest.mark.parametrize(("disc", "names", "holes"), [
