@@ -84,7 +84,7 @@ def _labels(
     flank = complex(left[int(0.55 * _POINTS)])
     label(sheet, flank, [
         # One zone for all flanks, whose pitch it holds; their common turn about the axis is free.
-        Frame(("profile", f"{limits.profile} CZ", *OF_TEETH), f"{lobes} ×"),
+        Frame(("profile", limits.profile.in_unit(" CZ"), *OF_TEETH), f"{lobes} ×"),
         Frame(("runout", f"{limits.runout}", *OF_TEETH), "roots"),
         Roughness(record.spec.export.drawing.tooth_roughness_ra_um),
     ])  # fmt: skip

@@ -94,6 +94,7 @@ def label_front(sheet: Sheet, record: DesignRecord, limits: Tolerances, layout: 
     unit, centre = sheet.unit, layout.centre
     contours = _upright(record.outline.contours)
     datums = datum_system(record)
+    _hole_angle(sheet, datums, limits, layout)
     found = [
         *_axis_label(record, datums, limits),
         *_hole_labels(record, contours, datums, limits),
@@ -104,7 +105,6 @@ def label_front(sheet: Sheet, record: DesignRecord, limits: Tolerances, layout: 
     # From the top: neighbours then have their labels in the same order.
     for tip, rows in sorted(found, key=lambda one: (-round(one[0].imag, 6), round(one[0].real, 6))):
         label(sheet, centre + tip / unit, rows)
-    _hole_angle(sheet, datums, limits, layout)
 
 
 _Label = tuple[complex, list[Row]]
