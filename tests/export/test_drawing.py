@@ -474,7 +474,7 @@ def test_texts_keep_apart_on_other_discs(spec: Spec) -> None:
 @pytest.mark.slow
 def test_a_keyway_is_datum_c_of_a_disc_without_holes() -> None:
     disc = DiscSpec(bore_radius_mm=10.0, keyway=KeywaySpec(6.0, 2.8, 1, 0.3, 30.0))
-    sheet, _ = draw_sheet(design_disc(Spec("keyed", DriveSpec(11, 30.0, 3.0, 1.5, 8.0, 1), disc=disc)))
+    sheet, _ = draw_sheet(design_disc(Spec(name="keyed", drive=DriveSpec(11, 30.0, 3.0, 1.5, 8.0, 1), disc=disc)))
     texts = {text for text, _ in texts_of(sheet.doc, sheet.unit)}
     assert {"keyway 1", "1/1", "C to axis of root 1"} <= texts
     assert {("A",), ("B",), ("C",)} <= frames_of(sheet.doc, sheet.unit)

@@ -61,7 +61,7 @@ def printed_um(record: DesignRecord, folder: Path) -> list[list[float]]:
     radius = inspect_scan(record, scan_of(record)).plan.pitch_radius
     evaluated = inspection_to_json("", inspect_scan(record, scan_of(record)))["checks"]
     return [
-        [float(cells[3].strip("± ")) for cells in (row.split("|") for row in page.splitlines()[4:8])],
+        [float(cells[4].strip("± ")) for cells in (row.split("|") for row in page.splitlines()[4:8])],
         [
             1e3 * in_program(r"^T\(1\)=TOL/PROFP,-.*,(.*)$"),
             1e3 * in_program(r"TOL/DISTB,.*,(.*),PT2PT$"),
