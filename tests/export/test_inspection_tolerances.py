@@ -65,8 +65,8 @@ def printed_um(record: DesignRecord, folder: Path) -> list[list[float]]:
         [
             1e3 * in_program(r"^T\(1\)=TOL/PROFP,-.*,(.*)$"),
             1e3 * in_program(r"TOL/DISTB,.*,(.*),PT2PT$"),
-            1e3 * math.radians(in_program(r"TOL/ANGLB,.*,(.*)$")) * radius,
-            1e3 * in_program(r"TOL/CRNOUT,(.*),DAT\(A\)$"),
+            1e3 * math.radians(in_program(r"^T\(1\d\d\)=TOL/ANGLB,.*,(.*)$")) * radius,
+            1e3 * in_program(r"TOL/CRNOUT,(.*),DAT\(B\)$"),
         ],
         [
             0.5 * in_table("profile, whole zone"),
