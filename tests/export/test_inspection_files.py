@@ -193,7 +193,9 @@ def test_dmis_alignment_without_bore_or_with_a_turned_crank_hole(
 
 def test_dmis_touches_a_keyed_bore_beside_its_keyway_and_takes_its_middle_for_datum_c(tmp_path: Path) -> None:
     keyway = KeywaySpec(6.0, 2.8, 2, 0.3, 30.0)
-    spec = Spec(name="KEYED", drive=DriveSpec(11, 30.0, 3.0, 1.5, 8.0, 1), disc=DiscSpec(bore_radius_mm=10.0, keyway=keyway))
+    spec = Spec(
+        name="KEYED", drive=DriveSpec(11, 30.0, 3.0, 1.5, 8.0, 1), disc=DiscSpec(bore_radius_mm=10.0, keyway=keyway)
+    )
     record = design_disc(spec)
     DmisExporter().write(record, tmp_path)
     found = statements(tmp_path / "cmm.dmi")

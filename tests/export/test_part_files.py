@@ -7,6 +7,7 @@ import itertools
 import math
 from pathlib import Path
 
+import ezdxf
 import numpy as np
 import pytest
 import shapely
@@ -212,6 +213,27 @@ def test_part_files_read_back_by_trimesh_with_the_volume_of_the_part(record: Des
             slab = part.slabs[0]
             area = slab.edge.area - sum(opening.area for opening in slab.openings)
             assert solid.volume == pytest.approx(area * (high - low), rel=3e-3), part.kind
+
+
+def test_plans_of_parts_enclose_the_area_of_their_sections(record: DesignRecord, tmp_path: Path) -> None:
+    written, _ = write_formats(record, ("parts-dxf",), tmp_path)
+    assert [file.name for file in written] == [f"parts/{p.kind.replace(' ', '_')}.dxf" for p in parts_of(record)]
+    for part in parts_of(record):
+        doc = ezdxf.readfile(tmp_path / "parts" / f"{part.kind.replace(' ', '_')}.dxf")
+        assert doc.header["$INSUNITS"] == 4
+        areas = {}
+        for layer in ("PROFILE", "HOLES"):
+            entities = doc.modelspace().query(f'CIRCLE ARC LINE[layer=="{layer}"]')
+            lines = [
+                shapely.LineString([p.vec2 for p in dxf_path.make_path(one).flattening(CHORD)]) for one in entities
+            ]
+            # Ends of neighbouring arcs agree to the last digits only.
+            rings = shapely.polygonize(shapely.set_precision(lines, 1e-7))
+            areas[layer] = shapely.union_all(shapely.get_parts(rings)).area
+        edges = shapely.union_all([polygon(slab.edge) for slab in part.slabs]).area
+        assert areas["PROFILE"] == pytest.approx(edges, rel=2e-4), part.kind
+        openings = sum(opening.area for opening in part.slabs[0].openings)
+        assert areas["HOLES"] == pytest.approx(openings, rel=2e-4), part.kind
 
 
 def test_parts_list_counts_every_part_and_disc(record: DesignRecord, tmp_path: Path) -> None:

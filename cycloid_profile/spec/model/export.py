@@ -238,6 +238,7 @@ Format = Literal[
     "step",
     "step-assembly",
     "parts-step",
+    "parts-dxf",
     "parts-3mf",
     "parts-stl",
     "bom",
