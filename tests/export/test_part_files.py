@@ -223,10 +223,9 @@ def test_plans_of_parts_enclose_the_area_of_their_sections(record: DesignRecord,
         assert doc.header["$INSUNITS"] == 4
         areas = {}
         for layer in ("PROFILE", "HOLES"):
-            entities = doc.modelspace().query(f'CIRCLE ARC LINE[layer=="{layer}"]')
-            lines = [
-                shapely.LineString([p.vec2 for p in dxf_path.make_path(one).flattening(CHORD)]) for one in entities
-            ]
+            entities = doc.modelspace().query(f'*[layer=="{layer}"]')
+            assert {one.dxftype() for one in entities} <= {"CIRCLE", "ARC"}
+            lines = [shapely.LineString([point.vec2 for point in one.flattening(CHORD)]) for one in entities]
             # Ends of neighbouring arcs agree to the last digits only.
             rings = shapely.polygonize(shapely.set_precision(lines, 1e-7))
             areas[layer] = shapely.union_all(shapely.get_parts(rings)).area
