@@ -191,7 +191,7 @@ def test_dmis_alignment_without_bore_or_with_a_turned_crank_hole(
         assert sideways == 0.0 or min(before[2], after[2]) > 11.5 + 10.0
 
 
-def test_dmis_touches_a_keyed_bore_beside_its_keyway_and_takes_its_middle_for_datum_c(tmp_path: Path) -> None:
+def test_dmis_touches_a_keyed_bore_clear_of_its_keyways_and_takes_its_middle_for_datum_c(tmp_path: Path) -> None:
     keyway = KeywaySpec(6.0, 2.8, 2, 0.3, 30.0)
     spec = Spec(
         name="KEYED", drive=DriveSpec(11, 30.0, 3.0, 1.5, 8.0, 1), disc=DiscSpec(bore_radius_mm=10.0, keyway=keyway)
