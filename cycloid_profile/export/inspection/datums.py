@@ -56,7 +56,8 @@ class CircleDatum:
         ends = np.cumsum(lengths)
         at = (np.arange(count) + 0.5) * ends[-1] / count
         part = np.searchsorted(ends, at)
-        return (starts[part] + at - (ends - lengths)[part]).tolist()
+        found: list[float] = (starts[part] + at - (ends - lengths)[part]).tolist()
+        return found
 
 
 @dataclass(frozen=True, slots=True)

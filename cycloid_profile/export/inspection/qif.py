@@ -89,7 +89,7 @@ def _datums(
     system = plan.datums
     used = [one for one in (root_circle(record), system.axis, system.direction) if isinstance(one, CircleDatum)]
     keys = ("definition", "nominal", "item")
-    circles = {
+    circles: dict[str, dict[str, Any]] = {
         one.name: {"name": one.name, "circle": one} | {key: next(ids) for key in keys} for one in dict.fromkeys(used)
     }
     nominal = {name: one["nominal"] for name, one in circles.items()} | {system.face: _FACE}
