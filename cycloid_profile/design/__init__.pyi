@@ -12,6 +12,7 @@ from .discs_as_parts import DiscPart as DiscPart
 from .discs_as_parts import disc_parts as disc_parts
 from .discs_as_parts import disc_parts_sentence as disc_parts_sentence
 from .discs_as_parts import disc_records as disc_records
+from .discs_as_parts import place_among_parts as place_among_parts
 from .discs_as_parts import turned_openings as turned_openings
 from .drive_accuracy import ACCURACY as ACCURACY
 from .drive_accuracy import AS_BUILT as AS_BUILT

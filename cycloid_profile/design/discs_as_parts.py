@@ -66,6 +66,14 @@ def disc_records(record: DesignRecord) -> tuple[DesignRecord, ...]:
     )
 
 
+def place_among_parts(record: DesignRecord) -> tuple[int, int]:
+    """Place of a disc among the different ones of its stage, counted from 1, and their number."""
+    # disc_parts counts from the openings of disc 1.
+    contours = tuple(contour.rotated(-record.openings_turn, contour.name) for contour in record.outline.contours)
+    parts = disc_parts(record.drive, DiscOutline(record.profile, contours))
+    return [part.number for part in parts].index(record.disc) + 1, len(parts)
+
+
 def disc_parts_sentence(record: DesignRecord) -> str:
     """Which discs differ, and where their files are; empty for a single disc."""
     if record.drive.discs == 1:

@@ -21,7 +21,7 @@ from cycloid_profile.export.cad import (
 )
 from cycloid_profile.export.curves import ProfileSource
 from cycloid_profile.export.drawing import DrawingExporter
-from cycloid_profile.export.dxf import ArcDxfExporter, DxfExporter, OffsetDxfExporter
+from cycloid_profile.export.dxf import ArcDxfExporter, DxfExporter, OffsetDxfExporter, PartDxfExporter
 from cycloid_profile.export.inspection import DmisExporter, QifExporter
 from cycloid_profile.export.nc import GcodeExporter, GcodePathExporter, PolarExporter, WireExporter
 from cycloid_profile.export.points import CmmExporter, ProfileCsvExporter, VdaExporter
@@ -42,6 +42,7 @@ _ALL: tuple[Exporter[Any], ...] = (
     StepExporter(),
     StepAssemblyExporter(),
     PartStepExporter(),
+    PartDxfExporter(),
     PartMeshExporter("parts-3mf", "3mf"),
     PartMeshExporter("parts-stl", "stl"),
     BomExporter(),
@@ -61,7 +62,7 @@ Outcome = tuple[list[WrittenFile], dict[str, str]]
 # Formats whose readers, controls and measuring machines, take plain ASCII only.
 IN_ASCII = frozenset({"gcode", "gcode-polar", "gcode-wire", "dmis", "vdafs"})
 # Formats with all parts of a stage, not of one disc.
-OF_THE_STAGE = frozenset({"step-assembly", "parts-step", "parts-3mf", "parts-stl", "bom"})
+OF_THE_STAGE = frozenset({"step-assembly", "parts-step", "parts-dxf", "parts-3mf", "parts-stl", "bom"})
 # Formats of the finished disc or stage: a corrected tooth is ground, but never the aim.
 NOT_OF_A_CORRECTION: Mapping[str, str] = {
     **dict.fromkeys(

@@ -55,7 +55,8 @@ machine = "{machine}"
 """
 OF_THE_DISC = ("csv", "dxf", "dxf-arcs", "dxf-offset", "svg", "step", "3mf", "stl", "gcode", "gcode-path",
                "gcode-polar", "gcode-wire")  # fmt: skip
-OF_THE_AIM = ("drawing", "cmm", "dmis", "qif", "vdafs", "step-assembly", "parts-step", "parts-3mf", "parts-stl", "bom")
+OF_THE_AIM = ("drawing", "cmm", "dmis", "qif", "vdafs", "step-assembly", "parts-step", "parts-dxf", "parts-3mf",
+              "parts-stl", "bom")  # fmt: skip
 LARGEST = 2.0 * UM
 
 

@@ -33,6 +33,7 @@ from cycloid_profile.export.drawing._tolerances import tolerances
 from cycloid_profile.export.drawing._tooth_data import check_sizes, mass_text, tooth_data
 from cycloid_profile.export.drawing.exporter import draw_sheet, scale_text
 from cycloid_profile.export.dxf import save
+from cycloid_profile.export.inspection import inspection_plan
 from cycloid_profile.geometry import Drive
 from cycloid_profile.spec.model import DiscSpec, DrawingSpec, Spec
 from cycloid_profile.spec.model.drive import CranksSpec, DriveSpec, HolesSpec, KeywaySpec, WindowsSpec
@@ -165,9 +166,8 @@ def test_tolerances_of_the_spec_are_framed_and_others_have_their_source(
     sheet: Sheet, full: DesignRecord, rv40e_record: DesignRecord
 ) -> None:
     texts = [text for text, _ in texts_of(sheet.doc, sheet.unit)]
-    # Profile, position, runout and the letter itself; the perpendicularity is the general one.
-    assert {"0.005", "Ø0.02", "0.015", "0.4†", "Ra 0.4", "Ra 1.6"} <= set(texts)
-    assert texts.count("A") == 5 + 2 + 1  # frames and letter, cutting line, table
+    # Perpendicularity of the bore and parallelism of the faces are the general ones.
+    assert {"0.005 CZ", "Ø0.02", "0.015", "Ø0.4†", "0.4†", "Ra 0.4", "Ra 1.6"} <= set(texts)
     assert any(text.endswith("† not in the spec: ISO 2768-mK.") for text in texts)
     given, proposed = tolerances(full), tolerances(rv40e_record)
     assert (given.profile.mark, proposed.profile.mark) == ("", "*")
@@ -178,6 +178,59 @@ def test_tolerances_of_the_spec_are_framed_and_others_have_their_source(
     )
 
 
+def frames_of(doc: Any, unit: float) -> set[tuple[str, ...]]:
+    """Texts of the cells of every tolerance frame, and single letters in their boxes, from left to right."""
+    cells = [
+        shapely.Polygon(stroke.coords)
+        for layer, stroke in strokes_of(doc, unit)
+        if layer == "DIMENSIONS" and stroke.geom_type == "LineString" and stroke.is_ring and len(stroke.coords) == 5
+    ]
+    held = [
+        (cell, next((text for text, box in texts_of(doc, unit) if cell.contains(box.centroid)), "sign"))
+        for cell in sorted(cells, key=lambda cell: cell.bounds[0])
+    ]
+    rows: list[list[tuple[Any, str]]] = []
+    for cell, text in held:
+        row = next((row for row in rows if abs(row[-1][0].bounds[2] - cell.bounds[0]) < 1e-6
+                    and abs(row[-1][0].bounds[1] - cell.bounds[1]) < 1e-6), None)  # fmt: skip
+        if row is None:
+            rows.append([(cell, text)])
+        else:
+            row.append((cell, text))
+    return {tuple(text for _, text in row) for row in rows}
+
+
+def test_frames_name_the_datums_of_the_inspection_plan(sheet: Sheet, full: DesignRecord) -> None:
+    """A, B, C in boxes; teeth and crank holes are related to A and B, bore and lower face to A."""
+    texts = [text for text, _ in texts_of(sheet.doc, sheet.unit)]
+    frames = frames_of(sheet.doc, sheet.unit)
+    assert {("A",), ("B",), ("C",)} <= frames
+    assert {one[1:] for one in frames if one[0] == "sign"} == {
+        ("0.005 CZ", "A", "B"), ("0.015", "A", "B"), ("Ø0.02", "A", "B"), ("Ø0.4†", "A"), ("0.4†", "A"),
+    }  # fmt: skip
+    assert inspection_plan(full).datums.names == {"A": "upper face", "B": "bore", "C": "crank hole 1"}
+    assert {"upper face", "bore", "crank hole 1", "C to axis of root 1"} <= set(texts)
+    # Triangles of the datums, two sides of √(2.5² + 1.5²) mm; arrows are slender.
+    sides = [sorted(np.abs(np.diff([complex(*v.vec2) for v in [*one.vertices()][:3]], append=0.0))[:2])
+             for one in sheet.space.query("SOLID")]  # fmt: skip
+    assert sum(side == pytest.approx([np.hypot(2.5, 1.5), 3.0]) for side in sides) == 3
+
+
+def test_faces_have_general_tolerances_or_those_of_the_spec(full: DesignRecord) -> None:
+    """ISO 2768-1 and -2: parallelism is the larger of the width's whole tolerance and the flatness of the face."""
+    for name, width_um, expected in (
+        ("ISO 2768-mK", 10.0, 0.4),  # flatness K up to 300 mm
+        ("ISO 2768-mH", None, 0.4),  # ±0.2 mm of 11.5 mm
+        ("ISO 2768-fH", None, 0.2),  # flatness H up to 300 mm, and ±0.1 mm
+        ("ISO 22081", None, None),
+    ):
+        fields = msgspec.structs.replace(FIELDS, general_tolerance=name, width_tolerance_um=width_um)
+        assert tolerances(with_fields(full, fields)).parallelism.size == expected
+    given = tolerances(with_fields(full, DrawingSpec(parallelism_um=8.0, perpendicularity_um=5.0)))
+    assert (given.parallelism.size, given.perpendicularity.size) == pytest.approx((0.008, 0.005))
+    assert (given.parallelism.mark, given.perpendicularity.mark) == ("", "")
+
+
 def test_every_disc_has_its_drawing(rv40e_record: DesignRecord) -> None:
     texts = []
     for record in disc_records(rv40e_record):
@@ -185,6 +238,11 @@ def test_every_disc_has_its_drawing(rv40e_record: DesignRecord) -> None:
         texts.append({text for text, _ in texts_of(sheet.doc, sheet.unit)})
     assert "Cycloid disc RV-40E, disc 1" in texts[0]
     assert "Cycloid disc RV-40E, disc 2" in texts[1]
+    assert "1/2" in texts[0]
+    assert "2/2" in texts[1]
+    assert "Crank hole 1, datum C, 4.6154° anticlockwise of root 1; 39 identical lobes." in {
+        text.partition(". ")[2] for text in texts[1]
+    }
     # Half a pitch: 180°/39.
     (angle,) = (text for text in texts[1] if text.startswith("4.61538° ±"))
     assert angle.replace("4.61538", "0") in texts[0]
@@ -411,6 +469,17 @@ def test_texts_keep_apart_on_other_discs(spec: Spec) -> None:
         sheet, _ = draw_sheet(record)
         assert_clear(sheet)
         assert_frames_apart(sheet)
+
+
+@pytest.mark.slow
+def test_a_keyway_is_datum_c_of_a_disc_without_holes() -> None:
+    disc = DiscSpec(bore_radius_mm=10.0, keyway=KeywaySpec(6.0, 2.8, 1, 0.3, 30.0))
+    sheet, _ = draw_sheet(design_disc(Spec(name="keyed", drive=DriveSpec(11, 30.0, 3.0, 1.5, 8.0, 1), disc=disc)))
+    texts = {text for text, _ in texts_of(sheet.doc, sheet.unit)}
+    assert {"keyway 1", "1/1", "C to axis of root 1"} <= texts
+    assert {("A",), ("B",), ("C",)} <= frames_of(sheet.doc, sheet.unit)
+    assert_clear(sheet)
+    assert_frames_apart(sheet)
 
 
 @pytest.mark.slow

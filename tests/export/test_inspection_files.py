@@ -13,10 +13,14 @@ import numpy as np
 import pytest
 from independent import textbook_curve
 
-from cycloid_profile.design import DesignRecord
-from cycloid_profile.export.inspection import DmisExporter, inspection_plan, plan_rows
+from cycloid_profile.design import DesignRecord, design_disc
+from cycloid_profile.errors import ExportError
+from cycloid_profile.export.inspection import DmisExporter, datum_system, inspection_plan, plan_rows
 from cycloid_profile.export.points import CmmExporter, ProfileCsvExporter, VdaExporter
 from cycloid_profile.geometry import DiscOutline, circular_contour
+from cycloid_profile.spec.model import DiscSpec, Spec
+from cycloid_profile.spec.model.drive import DriveSpec, HolesSpec, KeywaySpec
+from cycloid_profile.spec.model.export import InspectionSpec
 
 
 def nominal(record: DesignRecord, folder: Path) -> np.ndarray:
@@ -40,8 +44,9 @@ GRAMMAR = [
     ("datum", rf"DATDEF/FA\(({NAME})\),DAT\(([A-Z]+)\)"),
     ("set", r"D\(\d\)=DATSET/DAT\((\w+)\),ZDIR,ZORIG,DAT\((\w+)\),XORIG,YORIG,DAT\((\w+)\),XDIR"),
     ("shift", rf"D\(\d\)=(?:TRANS/ZORIG|ROTATE/ZAXIS),({NUMBER})"),
+    ("turn", rf"D\(\d\)=ROTATE/ZAXIS,FA\(({NAME})\),XDIR"),
     ("tolerance", r"T\((\d+)\)=TOL/(PROFP|CRNOUT|DISTB|ANGLB),(.*)"),
-    ("construct", rf"CONST/(?:LINE|CIRCLE),F\(({NAME})\),BF((?:,FA\({NAME}\))+)"),
+    ("construct", rf"CONST/(?:(?:LINE|CIRCLE),F\(({NAME})\),BF|POINT,F\(({NAME})\),MIDPT)((?:,FA\({NAME}\))+)"),
     ("output", rf"OUTPUT/FA\(({NAME})\)(?:,FA\(({NAME})\))?(?:,TA\((\d+)\))?"),
 ]
 
@@ -93,6 +98,10 @@ def test_dmis_program_aligns_before_it_moves_and_measures_every_nominal_point(
         elif kind == "datum":
             assert touched[words[0]]
             datums[words[1]] = words[0]
+        elif kind == "turn":
+            # Before the flanks, about the axis and through the middle of root 1.
+            assert "1" not in touched
+            assert constructed[words[0]] == ["AXIS", "MID1"]
         elif kind == "set":
             assert set(words) <= datums.keys()
             sets.append(tuple(datums[letter] for letter in words))
@@ -102,17 +111,18 @@ def test_dmis_program_aligns_before_it_moves_and_measures_every_nominal_point(
             numbers = [float(v) for v in re.findall(rf"(?<![A-Z(]){NUMBER}(?=,|$)", words[2])]
             tolerances[words[0]] = (words[1], numbers)
         elif kind == "construct":
-            constructed[words[0]] = re.findall(r"FA\((\w+)\)", words[1])
-            assert all(name in touched for name in constructed[words[0]])
-            assert words[0] in features
+            name = words[0] or words[1]
+            constructed[name] = re.findall(r"FA\((\w+)\)", words[2])
+            assert all(part in touched or part in constructed for part in constructed[name])
+            assert name in features
         elif kind == "output":
             assert all(name in touched or name in constructed for name in words[:2] if name)
             outputs.setdefault(tolerances[words[2]][0], []).append(words)
-    assert sets == [("FACEM", "BOREM", "CRANK1M"), ("FACE", "BORE", "CRANK1")]
+    assert sets == [("FACEM", "AXISM", "TURNM"), ("FACE", "AXIS", "TURN")]
     assert shifts == [-11.5, -11.5]
-    assert datums["A"] == "BORE"
-    assert features["BORE"] == [0.0, 0.0, 5.75, 0.0, 0.0, 1.0, 32.0]
-    for name, centre, radius in (("BORE", (0.0, 0.0), 16.0), ("CRANK1", (36.0, 0.0), 13.0)):
+    assert [datums[letter] for letter in "ABC"] == ["FACE", "AXIS", "TURN"]
+    assert features["AXIS"] == [0.0, 0.0, 5.75, 0.0, 0.0, 1.0, 32.0]
+    for name, centre, radius in (("AXIS", (0.0, 0.0), 16.0), ("TURN", (36.0, 0.0), 13.0)):
         at = np.array(touched[name])
         from_axis = at[:, :2] - centre
         assert np.hypot(*from_axis.T) == pytest.approx(radius, abs=1e-8)
@@ -136,12 +146,22 @@ def test_dmis_program_aligns_before_it_moves_and_measures_every_nominal_point(
     # Pitch of both flanks of 39 lobes as distances to the flank before, and as angles from the first.
     plan = inspection_plan(rv40e_record)
     single, cumulative, runout = (check.tolerance for check in plan.checks[1:])
-    assert (len(outputs["DISTB"]), len(outputs["ANGLB"])) == (78, 76)
+    hole, *angles = outputs["ANGLB"]
+    assert (len(outputs["DISTB"]), len(angles)) == (78, 76)
+    # Crank hole 1 of disc 1 lies on the axis of root 1.
+    assert hole == ("HOLE", "ROOT1", "3")
+    assert constructed["HOLE"] == ["AXIS", "TURN"]
+    assert plan.hole_angle_arcmin is not None
+    limit = plan.hole_angle_arcmin.size / 60.0
+    assert tolerances["3"] == ("ANGLB", pytest.approx([0.0, -limit, limit], abs=1e-9))
+    flanks = np.array([touched[name][0] for name in ("ROOT1L", "ROOT1R")])
+    assert np.hypot(*flanks[:, :2].T) == pytest.approx(plan.pitch_radius, abs=1e-9)
+    assert flanks[:, 1].sum() == pytest.approx(0.0, abs=1e-9)
     for one, other, label in outputs["DISTB"]:
         apart = np.hypot(*(np.array(features[one]) - np.array(features[other]))[:2])
         assert tolerances[label][1] == pytest.approx([apart, -single, single], abs=2e-9)
         assert apart == pytest.approx(2.0 * np.hypot(*features[one][:2]) * math.sin(math.pi / 39), abs=1e-6)
-    for one, other, label in outputs["ANGLB"]:
+    for one, other, label in angles:
         a, b = (np.array(features[constructed[name][1]])[:2] @ [1.0, 1j] for name in (one, other))
         turn = math.degrees(cumulative / plan.pitch_radius)
         assert tolerances[label][1] == pytest.approx([abs(np.degrees(np.angle(b / a))), -turn, turn], abs=1e-8)
@@ -163,12 +183,57 @@ def test_dmis_alignment_without_bore_or_with_a_turned_crank_hole(
     assert rotations == pytest.approx(2 * [-math.degrees(turned)] if turned else [])
     # Without a bore the origin is the centre of the roots, and the first root gives the direction.
     counts = {words[1]: int(words[2]) for kind, words in found if kind == "measure" and not words[1].isdigit()}
-    assert counts["BORE"] == (8 if turned else 39)
-    assert counts["CRANK1"] == (8 if turned else 1)
+    assert counts["AXIS"] == (8 if turned else 39)
+    assert counts["TURN"] == (8 if turned else 1)
     moves = [[float(v) for v in words[0].split(",")] for kind, words in found if kind == "move"]
     for before, after in itertools.pairwise(moves):
         sideways = math.hypot(after[0] - before[0], after[1] - before[1])
         assert sideways == 0.0 or min(before[2], after[2]) > 11.5 + 10.0
+
+
+def test_dmis_touches_a_keyed_bore_clear_of_its_keyways_and_takes_its_middle_for_datum_c(tmp_path: Path) -> None:
+    keyway = KeywaySpec(6.0, 2.8, 2, 0.3, 30.0)
+    spec = Spec(
+        name="KEYED", drive=DriveSpec(11, 30.0, 3.0, 1.5, 8.0, 1), disc=DiscSpec(bore_radius_mm=10.0, keyway=keyway)
+    )
+    record = design_disc(spec)
+    DmisExporter().write(record, tmp_path)
+    found = statements(tmp_path / "cmm.dmi")
+    touched: dict[str, list[complex]] = {}
+    for kind, words in found:
+        if kind == "measure":
+            touched[words[1]] = list[complex]()
+            last = touched[words[1]]
+        elif kind == "touch":
+            x, y, *_ = map(float, words[0].split(","))
+            last.append(complex(x, y))
+    # Both keyways, at 30° and 210°, are 6 mm wide: the ball of 0.5 mm is clear of their edges.
+    bore = np.array(touched["AXIS"]) * np.exp(-1j * math.radians(30.0))
+    assert np.abs(bore) == pytest.approx(10.0, abs=1e-8)
+    assert len(bore) == 8
+    assert np.min(np.abs(bore.imag)) > 3.0 + 0.5
+    sides = np.array([*touched["SIDE1"], *touched["SIDE2"]]) * np.exp(-1j * math.radians(30.0))
+    assert sides.imag == pytest.approx([3.0, -3.0], abs=1e-8)
+    assert np.all((sides.real > math.sqrt(91.0)) & (sides.real < 12.8 - 0.3))
+    assert ("construct", (None, "TURN", ",FA(SIDE1),FA(SIDE2)")) in found
+    assert [float(words[0]) for kind, words in found if kind == "shift"] == 2 * [-8.0, -30.0]
+    large = msgspec.structs.replace(spec.export, inspection=InspectionSpec(probe_radius_mm=3.0))
+    record = replace(record, spec=msgspec.structs.replace(spec, export=large))
+    with pytest.raises(ExportError, match="does not fit into the keyway"):
+        DmisExporter().write(record, tmp_path)
+
+
+@pytest.mark.parametrize(("disc", "names", "holes"), [
+    (DiscSpec(output_holes=HolesSpec(6, 17.0, 3.5)), ["bore", "output hole 1"], ("A", "B")),
+    (DiscSpec(keyway=KeywaySpec(4.0, 2.0)), ["bore", "keyway 1"], ("A", "B", "C")),
+    (DiscSpec(), ["bore"], ("A", "B")),
+])  # fmt: skip
+def test_datum_c_is_the_opening_that_gives_the_direction(
+    disc: DiscSpec, names: list[str], holes: tuple[str, ...]
+) -> None:
+    datums = datum_system(design_disc(Spec(name="central", drive=DriveSpec(11, 30.0, 3.0, 1.5, 8.0, 1), disc=disc)))
+    assert [*datums.names.items()] == [*zip("ABC", ["upper face", *names], strict=False)]
+    assert datums.of_holes([complex(17.0, 0.0), complex(-17.0, 0.0)]) == holes
 
 
 def test_dmis_probe_goes_over_the_disc_between_holes(rv40e_record: DesignRecord, tmp_path: Path) -> None:

@@ -61,12 +61,12 @@ def printed_um(record: DesignRecord, folder: Path) -> list[list[float]]:
     radius = inspect_scan(record, scan_of(record)).plan.pitch_radius
     evaluated = inspection_to_json("", inspect_scan(record, scan_of(record)))["checks"]
     return [
-        [float(cells[3].strip("± ")) for cells in (row.split("|") for row in page.splitlines()[4:8])],
+        [float(cells[4].strip("± ")) for cells in (row.split("|") for row in page.splitlines()[4:8])],
         [
             1e3 * in_program(r"^T\(1\)=TOL/PROFP,-.*,(.*)$"),
             1e3 * in_program(r"TOL/DISTB,.*,(.*),PT2PT$"),
-            1e3 * math.radians(in_program(r"TOL/ANGLB,.*,(.*)$")) * radius,
-            1e3 * in_program(r"TOL/CRNOUT,(.*),DAT\(A\)$"),
+            1e3 * math.radians(in_program(r"^T\(1\d\d\)=TOL/ANGLB,.*,(.*)$")) * radius,
+            1e3 * in_program(r"TOL/CRNOUT,(.*),DAT\(B\)$"),
         ],
         [
             0.5 * in_table("profile, whole zone"),

@@ -7,13 +7,16 @@ import itertools
 import math
 from pathlib import Path
 
+import ezdxf
 import numpy as np
 import pytest
 import shapely
 from shapely.affinity import rotate, translate
 
+from cycloid_profile.catalog import catalog_text
 from cycloid_profile.contact.mesh import gaps, mesh
 from cycloid_profile.design import DesignRecord, design_disc
+from cycloid_profile.design.from_spec import output_sizes
 from cycloid_profile.errors import ExportError, SpecError
 from cycloid_profile.export import write_formats
 from cycloid_profile.export.cad import (
@@ -46,6 +49,8 @@ clearance_um = 50.0
 pin_radius_mm = 1.5
 [export]
 chord_tolerance_um = 2.0
+"""
+OFFSETS = """
 [export.print]
 flank_offset_um = 80.0
 hole_offset_um = 120.0
@@ -56,7 +61,7 @@ Body = tuple[str, float, float, shapely.Polygon]
 
 @pytest.fixture(scope="module")
 def record() -> DesignRecord:
-    return design_disc(parse_spec(TEXT))
+    return design_disc(parse_spec(TEXT + OFFSETS))
 
 
 def polygon(contour: Contour, openings: tuple[Contour, ...] = ()) -> shapely.Polygon:
@@ -111,14 +116,20 @@ def check_clearances(record: DesignRecord, crank_angle: float) -> None:
     engine = gaps(profile, record.drive.pin_radius, mesh(record.drive.trochoid, [crank_angle], record.drive.discs))
     designed = {
         ("disc", "pin"): float(np.min(engine.gap)),
-        ("disc", "output roller"): 0.050 + 0.120,
         ("crank bearing", "disc"): 0.120,
         ("crank bearing", "crank shaft"): 0.120,
-        ("output pin", "output roller"): 0.120,
         ("pin", "pin ring"): 0.060,
         ("carrier plate", "crank shaft"): 0.060,
-        ("carrier plate", "output pin"): 0.060,
     }
+    sizes, holes = output_sizes(record.spec), record.spec.disc.output_holes
+    if sizes is not None and holes is not None:
+        # The hole's radius less that of the roller and the eccentricity.
+        designed["disc", "output pin" if holes.pin_radius_mm is None else "output roller"] = (
+            sizes[0] - sizes[1] - record.spec.drive.eccentricity_mm + 0.120
+        )
+        designed["carrier plate", "output pin"] = 0.060
+        if holes.pin_radius_mm is not None:
+            designed["output pin", "output roller"] = 0.120
     for pair, gap in designed.items():
         assert found[pair] == pytest.approx(gap, abs=3.0 * CHORD), pair
     # Everything else keeps further away.
@@ -131,7 +142,11 @@ def test_printed_parts_keep_their_designed_clearance(record: DesignRecord, degre
 
 
 @pytest.mark.slow
-def test_printed_parts_keep_their_designed_clearance_over_a_turn(record: DesignRecord) -> None:
+@pytest.mark.parametrize("text", [TEXT, catalog_text("printed_11"), catalog_text("rv40e")],
+                         ids=["rollers", "plain output pins", "three cranks"])  # fmt: skip
+def test_printed_parts_keep_their_designed_clearance_over_a_turn(text: str) -> None:
+    """Central eccentrics with rollers and with plain pins, and three cranks; two different discs in each."""
+    record = design_disc(parse_spec(text + OFFSETS))
     for step in range(24):
         check_clearances(record, 2.0 * math.pi * step / 24)
 
@@ -198,6 +213,26 @@ def test_part_files_read_back_by_trimesh_with_the_volume_of_the_part(record: Des
             slab = part.slabs[0]
             area = slab.edge.area - sum(opening.area for opening in slab.openings)
             assert solid.volume == pytest.approx(area * (high - low), rel=3e-3), part.kind
+
+
+def test_plans_of_parts_enclose_the_area_of_their_sections(record: DesignRecord, tmp_path: Path) -> None:
+    written, _ = write_formats(record, ("parts-dxf",), tmp_path)
+    assert [file.name for file in written] == [f"parts/{p.kind.replace(' ', '_')}.dxf" for p in parts_of(record)]
+    for part in parts_of(record):
+        doc = ezdxf.readfile(tmp_path / "parts" / f"{part.kind.replace(' ', '_')}.dxf")
+        assert doc.header["$INSUNITS"] == 4
+        areas = {}
+        for layer in ("PROFILE", "HOLES"):
+            entities = doc.modelspace().query(f'*[layer=="{layer}"]')
+            assert {one.dxftype() for one in entities} <= {"CIRCLE", "ARC"}
+            lines = [shapely.LineString([point.vec2 for point in one.flattening(CHORD)]) for one in entities]
+            # Ends of neighbouring arcs agree to the last digits only.
+            rings = shapely.polygonize(shapely.set_precision(lines, 1e-7))
+            areas[layer] = shapely.union_all(shapely.get_parts(rings)).area
+        edges = shapely.union_all([polygon(slab.edge) for slab in part.slabs]).area
+        assert areas["PROFILE"] == pytest.approx(edges, rel=2e-4), part.kind
+        openings = sum(opening.area for opening in part.slabs[0].openings)
+        assert areas["HOLES"] == pytest.approx(openings, rel=2e-4), part.kind
 
 
 def test_parts_list_counts_every_part_and_disc(record: DesignRecord, tmp_path: Path) -> None:

@@ -25,7 +25,7 @@ from tests.export.test_inspection_files import nominal
 from tests.spec_texts import RV40E, UNCOMPENSATED
 
 TAG = "{http://qifstandards.org/xsd/qif3}"
-FEATURE = r"(CircleFeature|PointDefinedCurveFeature)"
+FEATURE = r"(CircleFeature|PlaneFeature|PointFeature|PointDefinedCurveFeature)"
 KIND = r"(LineProfile|UserDefinedUnit|CircularRunout)Characteristic"
 # Children of every element in their order, ISO 23952:2020; elements with children are named here.
 GRAMMAR = {
@@ -42,18 +42,20 @@ GRAMMAR = {
     "UnitConversion": "Factor",
     "UserDefinedUnits": "UserDefinedUnit",
     "UserDefinedUnit": "WhatIsMeasured UnitName",
-    "DatumDefinitions": "DatumDefinition",
+    "DatumDefinitions": "(DatumDefinition ?)+",
     "DatumDefinition": "DatumLabel FeatureNominalIds",
-    "DatumReferenceFrames": "DatumReferenceFrame",
+    "DatumReferenceFrames": "(DatumReferenceFrame ?)+",
     "DatumReferenceFrame": "Datums",
-    "Datums": "Datum",
+    "Datums": "(Datum ?)+",
     "Datum": "SimpleDatum Precedence",
     "SimpleDatum": "DatumDefinitionId MaterialModifier ReferencedComponent",
     "Precedence": "PrecedenceEnum",
     "Features": "FeatureDefinitions FeatureNominals FeatureItems",
     "Feature(Definition|Nominal|Item)s": rf"({FEATURE}(Definition|Nominal|Item) ?)+",
     "CircleFeatureDefinition": "InternalExternal Diameter",
-    "PointDefinedCurveFeatureDefinition": "",
+    "(Plane|Point|PointDefinedCurve)FeatureDefinition": "",
+    "PointFeatureNominal": "Name FeatureDefinitionId Location",
+    "PlaneFeatureNominal": "Name FeatureDefinitionId Location Normal",
     "CircleFeatureNominal": "Name FeatureDefinitionId Location Normal",
     "PointDefinedCurveFeatureNominal": "Name FeatureDefinitionId DefiningPoints",
     "DefiningPoints": "(DefiningPoint ?)+",
@@ -174,8 +176,34 @@ def test_a_disc_without_a_bore_has_its_roots_as_datum(rv40e_record: DesignRecord
     document = qif_document(replace(rv40e_record, outline=DiscOutline(rv40e_record.profile, ())))
     assert_is_qif(document)
     root = ElementTree.fromstring(document)
-    (circle,) = named(root, "CircleFeatureNominal")
-    assert named(root, "FeatureNominalIds")[0][0].text == circle.attrib["id"]
+    (circle,), (face,) = named(root, "CircleFeatureNominal"), named(root, "PlaneFeatureNominal")
+    assert [ids[0].text for ids in named(root, "FeatureNominalIds")] == [face.attrib["id"], circle.attrib["id"]]
+
+
+def test_the_datums_are_those_of_the_plan(rv40e_record: DesignRecord) -> None:
+    """Face, bore and crank hole 1 as A, B and C; the teeth are related to A and B."""
+    root = ElementTree.fromstring(qif_document(rv40e_record))
+    places = {
+        nominal.attrib["id"]: (nominal.findtext(f"{TAG}Name"), nominal.findtext(f"{TAG}Location"))
+        for kind in ("Circle", "Plane")
+        for nominal in named(root, f"{kind}FeatureNominal")
+    }
+    datums = {
+        one.attrib["id"]: (one.findtext(f"{TAG}DatumLabel"), *places[one.findtext(f".//{TAG}Id", "")])
+        for one in named(root, "DatumDefinition")
+    }
+    expected = [
+        ("A", "upper face", "0 0 11.500000000"),
+        ("B", "bore", "0.000000000 0.000000000 5.750000000"),
+        ("C", "crank hole 1", "36.000000000 0.000000000 5.750000000"),
+    ]
+    assert list(datums.values()) == expected
+    frames = {
+        frame.attrib["id"]: "".join(datums[one.text or ""][0] or "" for one in frame.iter(f"{TAG}DatumDefinitionId"))
+        for frame in named(root, "DatumReferenceFrame")
+    }
+    assert list(frames.values()) == ["AB", "ABC"]
+    assert [frames[one.text or ""] for one in named(root, "DatumReferenceFrameId")] == ["AB", "AB"]
 
 
 def test_the_schema_of_the_standard_accepts_plan_and_results(record: DesignRecord, result: Inspection) -> None:

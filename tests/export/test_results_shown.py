@@ -56,7 +56,7 @@ def test_a_misspelt_format_names_the_nearest_one(name: str, says: str) -> None:
 
 
 def test_formats_are_one_table() -> None:
-    assert len(cp.export.EXPORTERS) == 22
+    assert len(cp.export.EXPORTERS) == 23
     assert all(name == exporter.format for name, exporter in cp.export.EXPORTERS.items())
     names = [name for exporter in cp.export.EXPORTERS.values() for name in exporter.filenames]
     assert len(names) == len(set(names))

@@ -39,7 +39,7 @@ class PartStepExporter:
             (solid,) = kernel.sound_solids(kernel.read_shape(path), path, 1)
             return {"solids": 1, "faces": kernel.face_count(solid)}
 
-        return _write_each(parts_of(record), folder, self.format, "step", write_one)
+        return write_each_part(parts_of(record), folder, self.format, "step", write_one)
 
 
 @dataclass(frozen=True)
@@ -70,10 +70,10 @@ class PartMeshExporter:
             return {"triangles": len(back.triangles), "open_edges": 0}
 
         parts = parts_of(record, 0.0, print_offsets(record.spec))
-        return _write_each(parts, folder, self.format, self.suffix, write_one)
+        return write_each_part(parts, folder, self.format, self.suffix, write_one)
 
 
-def _write_each(
+def write_each_part(
     parts: Iterable[StagePart],
     folder: Path,
     kind: str,

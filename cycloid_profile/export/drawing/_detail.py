@@ -13,6 +13,7 @@ from cycloid_profile.export.curves import distances
 from cycloid_profile.export.drawing._sheet import SMALL, TEXT, Sheet, polar
 from cycloid_profile.export.drawing._symbols import Frame, Roughness, Row, Words, dimension, label
 from cycloid_profile.export.drawing._tolerances import Tolerances
+from cycloid_profile.export.inspection import OF_TEETH
 from cycloid_profile.geometry import ToothProfile, least_radii, over_rollers
 from cycloid_profile.units import UM
 
@@ -82,8 +83,9 @@ def _labels(
         label(sheet, tip, rows)
     flank = complex(left[int(0.55 * _POINTS)])
     label(sheet, flank, [
-        Frame(("profile", f"{limits.profile}", "A"), f"{lobes} ×"),
-        Frame(("runout", f"{limits.runout}", "A"), "roots"),
+        # One zone for all flanks, whose pitch it holds; their common turn about the axis is free.
+        Frame(("profile", limits.profile.in_unit(" CZ"), *OF_TEETH), f"{lobes} ×"),
+        Frame(("runout", f"{limits.runout}", *OF_TEETH), "roots"),
         Roughness(record.spec.export.drawing.tooth_roughness_ra_um),
     ])  # fmt: skip
 

@@ -27,6 +27,7 @@ _SIGNS: dict[str, tuple[list[complex], ...]] = {
     "position": (_CIRCLE, [-0.55 + 0j, 0.55 + 0j], [-0.55j, 0.55j]),
     "profile": ([2.0 * p - 0.3j for p in _CIRCLE[:19]],),
     "perpendicularity": ([-0.5 - 0.45j, 0.5 - 0.45j], [-0.45j, 0.5j]),
+    "parallelism": ([-0.55 - 0.45j, -0.05 + 0.45j], [0.05 - 0.45j, 0.55 + 0.45j]),
     "runout": ([-0.4 - 0.5j, 0.45 + 0.5j], [0.08 + 0.4j, 0.45 + 0.5j, 0.4 + 0.1j]),
 }
 
@@ -121,11 +122,15 @@ class Datum:
         return complex(_FRAME, _TRIANGLE + 1.5 + _FRAME + 0.4)
 
     def draw(self, sheet: Sheet, corner: complex) -> None:
-        top = corner + self.size - 0.5 * _FRAME
-        sheet.solid([top - 0.6 * _TRIANGLE, top + 0.6 * _TRIANGLE, top - 1j * _TRIANGLE])
-        sheet.line(top - 1j * _TRIANGLE, corner + complex(0.5 * _FRAME, _FRAME), _LAYER)
-        sheet.box(corner, complex(_FRAME, _FRAME), _LAYER)
-        sheet.text(corner + complex(0.5 * _FRAME, 0.5 * (_FRAME - TEXT)), self.letter, TEXT, "CENTER")
+        self.draw_on(sheet, corner + self.size - 0.5 * _FRAME, -1j)
+
+    def draw_on(self, sheet: Sheet, foot: complex, out: complex) -> None:
+        """Draw the triangle with its base on a line at ``foot``, the letter in the direction ``out``."""
+        peak, middle = foot + _TRIANGLE * out, foot + (_TRIANGLE + 1.5 + 0.5 * _FRAME) * out
+        sheet.solid([foot - 0.6j * _TRIANGLE * out, foot + 0.6j * _TRIANGLE * out, peak])
+        sheet.line(peak, middle - 0.5 * _FRAME * out, _LAYER)
+        sheet.box(middle - 0.5 * complex(_FRAME, _FRAME), complex(_FRAME, _FRAME), _LAYER)
+        sheet.text(middle - 0.5j * TEXT, self.letter, TEXT, "CENTER")
 
 
 def label(sheet: Sheet, tip: complex, rows: Sequence[Row]) -> None:

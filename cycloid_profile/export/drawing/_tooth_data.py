@@ -6,9 +6,10 @@ import math
 from contextlib import suppress
 from typing import NamedTuple
 
-from cycloid_profile.design import DesignRecord, disc_parts
+from cycloid_profile.design import DesignRecord, place_among_parts
 from cycloid_profile.errors import SpecError
 from cycloid_profile.export.drawing._tolerances import ShownTolerance, Tolerances
+from cycloid_profile.export.inspection import AXIS, DIRECTION, datum_system
 from cycloid_profile.geometry import OverRollers, least_radii, modification_sizes, over_rollers
 from cycloid_profile.spec.model.materials import is_like_steel, named_material
 from cycloid_profile.units import UM
@@ -39,7 +40,7 @@ class TableRow(NamedTuple):
 def title(record: DesignRecord) -> str:
     """Name of the disc, with its number where the discs of the stage differ."""
     name = f"Cycloid disc {record.spec.name}"
-    return name if len(disc_parts(record.drive, record.outline)) == 1 else f"{name}, disc {record.disc}"
+    return name if place_among_parts(record)[1] == 1 else f"{name}, disc {record.disc}"
 
 
 def material(record: DesignRecord) -> str:
@@ -71,7 +72,7 @@ def title_cells(record: DesignRecord, scale: str) -> tuple[TitleCell, ...]:
         TitleCell(26, 0, 88, "title", title(record)),
         TitleCell(26, 88, 46, "drawing number", fields.number),
         TitleCell(26, 134, 18, "revision", fields.revision),
-        TitleCell(26, 152, 14, "sheet", "1 / 1"),
+        TitleCell(26, 152, 14, "sheet", "{}/{}".format(*place_among_parts(record))),
         TitleCell(26, 166, 14, "format", "A3"),
         TitleCell(13, 0, 50, "material", material(record)),
         TitleCell(13, 50, 58, "heat treatment", fields.heat_treatment),
@@ -116,7 +117,7 @@ def tooth_data(record: DesignRecord, limits: Tolerances) -> tuple[TableRow, ...]
         TableRow("single pitch deviation", "f_p", _tolerance(limits.single_pitch, "±")),
         TableRow("cumulative pitch deviation", "F_p", _tolerance(limits.cumulative_pitch)),
         TableRow("runout of the teeth", "F_r", _tolerance(limits.runout)),
-        TableRow("datum for measuring", "A", record.spec.export.drawing.datum),
+        *(TableRow("datum", letter, name) for letter, name in _datums(record).items()),
         TableRow("mating pins", "", f"{t.pins} × Ø{2.0 * drive.pin_radius:g}"),
     ]
     return tuple(rows)
@@ -151,11 +152,22 @@ def notes(record: DesignRecord, limits: Tolerances, digest: str) -> tuple[str, .
     return (*given, *fields.notes)
 
 
+def _datums(record: DesignRecord) -> dict[str, str]:
+    """Names of the datums; the spec may name the axis."""
+    names, given = datum_system(record).names, record.spec.export.drawing.datum
+    return names | ({AXIS: given} if given else {})
+
+
 def _root_1(record: DesignRecord) -> str:
-    if not record.openings_turn:
-        return "Root 1 on the axis through crank or output hole 1"
-    turn = math.degrees(record.openings_turn)
-    return f"Disc {record.disc}: crank or output hole 1 {turn:.4f}° anticlockwise of root 1"
+    """Where root 1 is, seen from datum C."""
+    datums = datum_system(record)
+    turn = math.degrees(datums.direction_angle)
+    if datums.direction is None:
+        return "Root 1 at the top"
+    name = datums.direction.name
+    if not turn:
+        return f"Root 1 on the axis through {name}, datum {DIRECTION}"
+    return f"{name.capitalize()}, datum {DIRECTION}, {turn:.4f}° anticlockwise of root 1"
 
 
 def _over(check: OverRollers) -> TableRow:

@@ -14,12 +14,22 @@ from cycloid_profile.export.drawing._sheet import Sheet, polar
 from cycloid_profile.export.drawing._symbols import Datum, Frame, Row, Words, dimension, label
 from cycloid_profile.export.drawing._tolerances import Tolerances
 from cycloid_profile.export.dxf import add_spline
+from cycloid_profile.export.inspection import (
+    AXIS,
+    DIRECTION,
+    FACE,
+    CircleDatum,
+    DatumSystem,
+    KeywayDatum,
+    datum_system,
+)
 from cycloid_profile.geometry import Arc, Contour
 from cycloid_profile.units import UM
 
 _UPRIGHT = 0.5 * math.pi
 _CHORDS = 1e-3  # mm, of openings where they are cut
 _ANGLE = 3.5  # mm outside the tips, where the angle of the holes is dimensioned
+_EXTENSION = 9.0  # mm, of the line of the upper face that holds datum A
 _EVEN = 1e-9  # rad
 
 
@@ -56,12 +66,12 @@ def draw_front(sheet: Sheet, record: DesignRecord, curve: SplinePiece, layout: V
 
 
 def _section_mark(sheet: Sheet, at: complex, outward: complex) -> None:
-    """End of the cutting line A–A with the arrow of the viewing direction, to the right."""
+    """End of the cutting line D–D with the arrow of the viewing direction, to the right."""
     end = at + 7.0 * outward
     sheet.line(at, end, "TABLE")
     sheet.line(end - 9.0, end, "DIMENSIONS")
     sheet.arrow(end, -1.0)
-    sheet.text(end - 12.0 - 1.7j, "A", 3.5, "CENTER")
+    sheet.text(end - 12.0 - 1.7j, "D", 3.5, "CENTER")
 
 
 def _upright(contours: tuple[Contour, ...]) -> tuple[Contour, ...]:
@@ -80,36 +90,46 @@ def _groups(contours: tuple[Contour, ...]) -> list[tuple[float, list[Arc]]]:
 
 
 def label_front(sheet: Sheet, record: DesignRecord, limits: Tolerances, layout: ViewLayout) -> None:
-    """Labels of the front view: datum A, holes and their angle, windows, keyway, pitch circle."""
+    """Labels of the front view: datums B and C, holes and their angle, windows, keyway, pitch circle."""
     unit, centre = sheet.unit, layout.centre
     contours = _upright(record.outline.contours)
-    found = [*_datum_feature(record), *_hole_labels(record, contours, limits), *_opening_labels(record, contours)]
+    datums = datum_system(record)
+    _hole_angle(sheet, datums, limits, layout)
+    found = [
+        *_axis_label(record, datums, limits),
+        *_hole_labels(record, contours, datums, limits),
+        *_opening_labels(record, contours, datums),
+    ]
     pitch = record.drive.trochoid.longest_lever
     found.append((polar(pitch, 205.0), [Frame((f"Ø{2.0 * pitch:.6g}",), "pitch circle")]))
     # From the top: neighbours then have their labels in the same order.
     for tip, rows in sorted(found, key=lambda one: (-round(one[0].imag, 6), round(one[0].real, 6))):
         label(sheet, centre + tip / unit, rows)
-    _hole_angle(sheet, record, limits, layout)
 
 
 _Label = tuple[complex, list[Row]]
 
 
-def _datum_feature(record: DesignRecord) -> list[_Label]:
-    """Bore with its roughness and datum A, the axis of the circle through the roots where there is none."""
-    fields, bore = record.spec.export.drawing, _bore_radius(record)
+def _axis_label(record: DesignRecord, datums: DatumSystem, limits: Tolerances) -> list[_Label]:
+    """Datum B with its size and its perpendicularity: the bore, or the circle through the roots."""
+    fields, axis = record.spec.export.drawing, datums.axis
     fit = "" if fields.bore_fit is None else f" {fields.bore_fit}"
-    if bore > 0.0:
-        size = Words(f"Ø{2.0 * bore:.6g}{fit}")
-        return [(polar(bore, 35.0), [size, Datum("A")])]
-    return [(1j * record.outline.root_radius, [Words(f"Ø{2.0 * record.outline.root_radius:.3f} root"), Datum("A")])]
+    size = f"Ø{2.0 * axis.radius:.6g}{fit}" if axis.opening else f"Ø{2.0 * axis.radius:.3f} root"
+    tip = polar(axis.radius, 35.0) if axis.opening else 1j * axis.radius
+    frame = Frame(("perpendicularity", f"Ø{limits.perpendicularity}", FACE))
+    return [(tip, [Words(size), frame, Datum(AXIS)])]
 
 
-def _hole_labels(record: DesignRecord, contours: tuple[Contour, ...], limits: Tolerances) -> list[_Label]:
+def _hole_labels(
+    record: DesignRecord, contours: tuple[Contour, ...], datums: DatumSystem, limits: Tolerances
+) -> list[_Label]:
     """Sizes of equal holes, their exact circle and division, and the tolerance of their position."""
     fields = record.spec.export.drawing
     fit = "" if fields.hole_fit is None else f" {fields.hole_fit}"
     found: list[_Label] = []
+    c = datums.direction
+    if isinstance(c, CircleDatum):
+        found.append((1j * c.centre + c.radius * polar(1.0, 20.0), [Words(c.name), Datum(DIRECTION)]))
     for circle_radius, circles in _groups(contours):
         hole = min(circles, key=lambda arc: (round(arc.centre.real, 6), -arc.centre.imag))
         rows: list[Row] = [
@@ -118,7 +138,8 @@ def _hole_labels(record: DesignRecord, contours: tuple[Contour, ...], limits: To
         ]
         if _evenly_spaced(circles):
             rows.append(Frame((f"{len(circles)} × {360.0 / len(circles):.6g}°",)))
-        rows.append(Frame(("position", f"Ø{limits.hole_position}", "A")))
+        letters = datums.of_holes(arc.centre / 1j for arc in circles)
+        rows.append(Frame(("position", f"Ø{limits.hole_position}", *letters)))
         found.append((hole.centre + hole.radius * polar(1.0, 160.0), rows))
     return found
 
@@ -129,7 +150,7 @@ def _evenly_spaced(circles: list[Arc]) -> bool:
     return len(circles) > 1 and bool(np.ptp(steps) < _EVEN)
 
 
-def _opening_labels(record: DesignRecord, contours: tuple[Contour, ...]) -> list[_Label]:
+def _opening_labels(record: DesignRecord, contours: tuple[Contour, ...], datums: DatumSystem) -> list[_Label]:
     """Windows and keyway."""
     disc, fields = record.spec.disc, record.spec.export.drawing
     found: list[_Label] = []
@@ -143,22 +164,23 @@ def _opening_labels(record: DesignRecord, contours: tuple[Contour, ...]) -> list
         found.append((min(edges, key=lambda p: p.real), [Words(line) for line in lines]))
     if disc.keyway is not None:
         key = disc.keyway
-        at = polar(key.depth_mm + _bore_radius(record), key.first_at_deg + 90.0)
+        bore = datums.axis.radius
+        at = polar(key.depth_mm + bore, key.first_at_deg + math.degrees(record.openings_turn) + 90.0)
         fit = "" if fields.keyway_fit is None else f" {fields.keyway_fit}"
         many = "" if key.count == 1 else f"{key.count} × "
-        height = f"height {2.0 * _bore_radius(record) + key.depth_mm:.6g}"
-        found.append((at, [Words(f"{many}keyway {key.width_mm:g}{fit}"), Words(height)]))
+        rows: list[Row] = [
+            Words(f"{many}keyway {key.width_mm:g}{fit}"),
+            Words(f"height {2.0 * bore + key.depth_mm:.6g}"),
+        ]
+        found.append((at, [*rows, Datum(DIRECTION)] if isinstance(datums.direction, KeywayDatum) else rows))
     return found
 
 
-def _hole_angle(sheet: Sheet, record: DesignRecord, limits: Tolerances, layout: ViewLayout) -> None:
-    """Angle from the axis through root 1, which is upright, to the nearest axis through a hole."""
-    groups = _groups(_upright(record.outline.contours))
-    holes = [arc.centre for _, circles in groups for arc in circles]
-    if not holes:
+def _hole_angle(sheet: Sheet, datums: DatumSystem, limits: Tolerances, layout: ViewLayout) -> None:
+    """Angle from the axis through root 1, which is upright, to the axis through datum C."""
+    if datums.direction is None:
         return
-    nearest = min(holes, key=lambda z: (round(abs(math.degrees(np.angle(z / 1j))), 6), z.real))
-    turn = round(math.degrees(float(np.angle(nearest / 1j))), 6) + 0.0
+    turn = round(math.degrees(datums.direction_angle), 6)
     radius = layout.radius + _ANGLE
     for angle in {0.0, turn}:
         sheet.line(layout.centre + polar(layout.radius - 4.0, 90.0 + angle),
@@ -169,14 +191,8 @@ def _hole_angle(sheet: Sheet, record: DesignRecord, limits: Tolerances, layout: 
             out = polar(1.0, 90.0 + angle)
             sheet.arrow(layout.centre + radius * out, math.copysign(1.0, away) * 1j * out)
     text = f"{abs(turn):.6g}° ±{limits.hole_angle_arcmin.in_unit('′')}"
-    label(sheet, layout.centre + polar(radius, 90.0 + 0.5 * turn), [Words(text), Words("hole to axis of root 1")])
-
-
-def _bore_radius(record: DesignRecord) -> float:
-    """Radius of the bore's circle [mm], 0 without a bore."""
-    bore = [contour for contour in record.outline.contours if contour.name == "bore"]
-    arcs = [s for contour in bore for s in contour.segments if isinstance(s, Arc) and s.centre == 0j]
-    return arcs[0].radius if arcs else 0.0
+    rows = [Words(text), Words(f"{DIRECTION} to axis of root 1")]
+    label(sheet, layout.centre + polar(radius, 90.0 + 0.5 * turn), rows)
 
 
 def draw_section(sheet: Sheet, record: DesignRecord, layout: ViewLayout) -> None:
@@ -196,8 +212,12 @@ def draw_section(sheet: Sheet, record: DesignRecord, layout: ViewLayout) -> None
     pitch = record.drive.trochoid.longest_lever / unit
     for y, layer in ((0.0, "CENTRE"), (pitch, "PITCH"), (-pitch, "PITCH")):
         sheet.line(complex(left - 3.0, axis + y), complex(left + width + 3.0, axis + y), layer)
-    sheet.text(complex(left + 0.5 * width, axis + tip + 17.0), "A–A", 3.5, "CENTER")
+    sheet.text(complex(left + 0.5 * width, axis + tip + 17.0), "D–D", 3.5, "CENTER")
     _section_dimensions(sheet, record, complex(left, axis), width)
+    # The upper face is on the right: the section is seen from the left, in first angle.
+    corner = complex(left + width, axis - tip)
+    sheet.line(corner - 0.8j, corner - 1j * _EXTENSION, "DIMENSIONS")
+    Datum(FACE).draw_on(sheet, corner - 1j * (_EXTENSION - 2.5), 1.0)
 
 
 def _section_dimensions(sheet: Sheet, record: DesignRecord, corner: complex, width: float) -> None:
@@ -213,10 +233,10 @@ def _section_dimensions(sheet: Sheet, record: DesignRecord, corner: complex, wid
 
 
 def label_section(sheet: Sheet, record: DesignRecord, limits: Tolerances, layout: ViewLayout) -> None:
-    """Perpendicularity of a face."""
+    """Parallelism of the lower face."""
     height = 0.5 * (layout.radius + record.outline.root_radius / sheet.unit)
     at = complex(layout.section_left, layout.centre.imag - height)
-    label(sheet, at, [Frame(("perpendicularity", f"{limits.perpendicularity}", "A"))])
+    label(sheet, at, [Frame(("parallelism", f"{limits.parallelism}", FACE))])
 
 
 def _crossings(contours: tuple[Contour, ...]) -> list[float]:

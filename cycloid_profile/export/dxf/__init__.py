@@ -7,6 +7,7 @@ from cycloid_profile.export.dxf.document import new_document as new_document
 from cycloid_profile.export.dxf.document import repeatable_bytes as repeatable_bytes
 from cycloid_profile.export.dxf.document import save as save
 from cycloid_profile.export.dxf.document import write_polyline as write_polyline
+from cycloid_profile.export.dxf.part_sections import PartDxfExporter as PartDxfExporter
 from cycloid_profile.export.dxf.tooth import ArcDxfExporter as ArcDxfExporter
 from cycloid_profile.export.dxf.tooth import DxfExporter as DxfExporter
 from cycloid_profile.export.dxf.tooth import OffsetDxfExporter as OffsetDxfExporter

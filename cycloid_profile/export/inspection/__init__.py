@@ -1,5 +1,13 @@
 """Inspection plan of the finished disc in DMIS and QIF, and the evaluation of a scan."""
 
+from cycloid_profile.export.inspection.datums import AXIS as AXIS
+from cycloid_profile.export.inspection.datums import DIRECTION as DIRECTION
+from cycloid_profile.export.inspection.datums import FACE as FACE
+from cycloid_profile.export.inspection.datums import OF_TEETH as OF_TEETH
+from cycloid_profile.export.inspection.datums import CircleDatum as CircleDatum
+from cycloid_profile.export.inspection.datums import DatumSystem as DatumSystem
+from cycloid_profile.export.inspection.datums import KeywayDatum as KeywayDatum
+from cycloid_profile.export.inspection.datums import datum_system as datum_system
 from cycloid_profile.export.inspection.dmis import DmisExporter as DmisExporter
 from cycloid_profile.export.inspection.dmis import read_nominals as read_nominals
 from cycloid_profile.export.inspection.evaluate import FLANKS as FLANKS

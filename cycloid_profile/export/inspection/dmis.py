@@ -10,21 +10,21 @@ from pathlib import Path
 
 import numpy as np
 
-from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
+from cycloid_profile.arrays import FloatArray, IntArray
 from cycloid_profile.design import DesignRecord
 from cycloid_profile.errors import ExportError
 from cycloid_profile.export.curves import deviation
+from cycloid_profile.export.inspection.datums import AXIS, DIRECTION, FACE, CircleDatum, KeywayDatum, face_points
 from cycloid_profile.export.inspection.plan import InspectionPlan, inspection_plan, plan_rows
 from cycloid_profile.export.points import POINT_RESOLUTION, measuring_points
 from cycloid_profile.export.writing import WrittenFile, plain_name
 from cycloid_profile.geometry import ToothPoints
 
+_EDGE = 1.0  # mm between the ball and a keyway
 _APPROACH = 1.0  # mm, before and after a touch; exceeds the depth between neighbouring points
 _CLEARANCE = 20.0  # mm above the disc and outside its tips, for moves between features
-_TURNED = 1e-9  # °, of a crank hole away from the x axis
-_OUTLINE, _CHORDS = 20_000, 1e-2  # points of the teeth, and mm of chords, of the face on which places are sought
-_MARGINS = (3.0, 2.0, 1.0, 0.5, 0.2)  # mm between the ball and an edge of the face, tried in order
-_LETTERS = {"FACE": "C", "BORE": "A", "CRANK1": "B"}
+_TURNED = 1e-9  # °, of datum C away from the x axis
+_LETTERS = {"FACE": FACE, "AXIS": AXIS, "TURN": DIRECTION}
 _NOMINAL = re.compile(r"^F\((\d+)\)=FEAT/POINT,CART,(.*)$", re.MULTILINE)
 
 
@@ -73,6 +73,7 @@ def _program(record: DesignRecord, plan: InspectionPlan) -> list[str]:
         f"SNSET/RETRCT,{_APPROACH:g}",
         *_alignment(record, plan),
         *_tolerances(plan),
+        *_turn_of_teeth(record, plan, outside),
         *_descend(outside, plan),
         *_flank_points(points, lobe, plan),
         *_retract(outside, plan),
@@ -81,110 +82,156 @@ def _program(record: DesignRecord, plan: InspectionPlan) -> list[str]:
     ]
 
 
+Touch = tuple[complex, float, complex, float]  # place and height, and normal in the plane and along z [mm]
+
+
+@dataclass(frozen=True, slots=True)
+class _Feature:
+    """Name, nominal definition and touches of a feature; the probe comes down and goes up at ``entry``, or without
+    one over each touch of a face and outside each touch of the teeth."""
+
+    name: str
+    definition: str
+    touches: list[Touch]
+    entry: complex | None = None
+
+
 def _alignment(record: DesignRecord, plan: InspectionPlan) -> list[str]:
     """Alignment by hand, without a move of the program, then the same features again in automatic mode."""
-    datums = _datum_features(record, plan)
-    rotation = math.degrees(plan.hole_angle)
+    features, slot = _datum_features(record, plan), plan.datums.direction
+    rotation = math.degrees(plan.datums.direction_angle)
     lines = []
     for number, (how, mode, end) in enumerate((("BY HAND", "MODE/MAN", "M"), ("BY THE MACHINE", "MODE/PROG,MAN", ""))):
         lines += [f"$$ ALIGNMENT {how}", mode]
-        for name, feature, touches in datums:
-            lines += _measured(name + end, feature, touches, plan, moves=not end)
-            lines.append(f"DATDEF/FA({name}{end}),DAT({_LETTERS[name]}{end})")
+        for feature in features:
+            lines += _measured(feature, plan, end)
+        if isinstance(slot, KeywayDatum):
+            lines += _midpoint(f"TURN{end}", slot.centre, (f"SIDE1{end}", f"SIDE2{end}"), plan)
+        lines += [f"DATDEF/FA({name}{end}),DAT({letter}{end})" for name, letter in _LETTERS.items()]
+        a, b, c = (f"DAT({letter}{end})" for letter in (FACE, AXIS, DIRECTION))
         lines += [
-            f"D({3 * number + 1})=DATSET/DAT(C{end}),ZDIR,ZORIG,DAT(A{end}),XORIG,YORIG,DAT(B{end}),XDIR",
+            f"D({3 * number + 1})=DATSET/{a},ZDIR,ZORIG,{b},XORIG,YORIG,{c},XDIR",
             # The upper face was touched, the plan counts from the lower one.
             f"D({3 * number + 2})=TRANS/ZORIG,{_mm(-2.0 * plan.mid_height)}",
         ]
         if abs(rotation) > _TURNED:
-            # From crank hole 1 to root 1, which lies on the x axis.
+            # From C to root 1, which lies on the x axis.
             lines.append(f"D({3 * number + 3})=ROTATE/ZAXIS,{-rotation:.9f}")
     return lines
 
 
-Touch = tuple[complex, float, complex, float]  # place and height, and normal in the plane and along z [mm]
-
-
-def _datum_features(record: DesignRecord, plan: InspectionPlan) -> list[tuple[str, str, list[Touch]]]:
-    """Name, nominal definition and touches of face, origin and direction."""
-    top, height = 2.0 * plan.mid_height, plan.mid_height
-    face = [(at, top, 0j, 1.0) for at in face_points(record, plan.probe_radius)]
-    found = [("FACE", f"PLANE,CART,{_xyz(face[0][0], top)},0,0,1", face)]
-    if plan.bore_radius is not None:
-        found.append(("BORE", *_hole(0j, plan.bore_radius, plan)))
+def _datum_features(record: DesignRecord, plan: InspectionPlan) -> list[_Feature]:
+    """Features of face, axis and direction."""
+    top, height, axis, direction = 2.0 * plan.mid_height, plan.mid_height, plan.datums.axis, plan.datums.direction
+    face: list[Touch] = [(at, top, 0j, 1.0) for at in face_points(record, plan.probe_radius)]
+    found = [_Feature("FACE", f"PLANE,CART,{_xyz(face[0][0], top)},0,0,1", face)]
+    if axis.opening:
+        found.append(_hole("AXIS", axis, plan))
     else:
         roots = record.profile.at(2.0 * math.pi * np.arange(record.profile.trochoid.lobes))
-        radius = float(np.abs(roots.position[0]))
-        touches = [(complex(z), height, complex(z / abs(z)), 0.0) for z in roots.position]
-        found.append(("BORE", f"CIRCLE,OUTER,CART,{_xyz(0j, height)},0,0,1,{_mm(2.0 * radius)}", touches))
-    if plan.crank_hole is not None:
-        return [*found, ("CRANK1", *_hole(*plan.crank_hole, plan))]
+        touches: list[Touch] = [(complex(z), height, complex(z / abs(z)), 0.0) for z in roots.position]
+        definition = f"CIRCLE,OUTER,CART,{_xyz(0j, height)},0,0,1,{_mm(2.0 * axis.radius)}"
+        found.append(_Feature("AXIS", definition, touches))
+    if isinstance(direction, CircleDatum):
+        return [*found, _hole("TURN", direction, plan)]
+    if direction is not None:
+        return [*found, *_sides(direction, plan)]
     root = record.profile.at(0.0)
-    at, normal = complex(root.position), complex(root.normal / np.abs(root.normal))
-    touch = [(at, height, normal, 0.0)]
-    return [*found, ("CRANK1", f"POINT,CART,{_xyz(at, height)},{_mm(normal.real)},{_mm(normal.imag)},0", touch)]
+    return [*found, _point("TURN", complex(root.position), complex(root.normal / np.abs(root.normal)), plan)]
 
 
-def _hole(centre: complex, radius: float, plan: InspectionPlan) -> tuple[str, list[Touch]]:
-    """Nominal definition and touches of a round hole; normals point out of the material, towards the axis."""
-    radial = [cmath.rect(1.0, 2.0 * math.pi * k / plan.bore_points) for k in range(plan.bore_points)]
-    touches: list[Touch] = [(centre + radius * r, plan.mid_height, -r, 0.0) for r in radial]
-    return f"CIRCLE,INNER,CART,{_xyz(centre, plan.mid_height)},0,0,1,{_mm(2.0 * radius)}", touches
+def _hole(name: str, hole: CircleDatum, plan: InspectionPlan) -> _Feature:
+    """A hole; normals point out of the material, towards the axis."""
+    margin = (plan.probe_radius + _EDGE) / hole.radius
+    radial = [cmath.rect(1.0, angle) for angle in hole.angles(plan.bore_points, margin)]
+    touches: list[Touch] = [(hole.centre + hole.radius * r, plan.mid_height, -r, 0.0) for r in radial]
+    definition = f"CIRCLE,INNER,CART,{_xyz(hole.centre, plan.mid_height)},0,0,1,{_mm(2.0 * hole.radius)}"
+    return _Feature(name, definition, touches, hole.centre)
 
 
-def _measured(name: str, feature: str, touches: list[Touch], plan: InspectionPlan, moves: bool) -> list[str]:
-    """A feature with its touches; with ``moves`` the probe goes there and away again."""
-    kind = feature.split(",")[0]
-    middle = sum((at for at, *_ in touches), 0j) / len(touches)
-    inside = moves and "INNER" in feature
-    lines = [f"F({name})=FEAT/{feature}", f"MEAS/{kind},F({name}),{len(touches)}"]
-    for at, z, normal, up in touches:
-        if moves and not inside:
-            # From above: over the face, and to the height of a root from outside the teeth.
-            clear = at if up else at * (1.0 + _CLEARANCE / abs(at))
+def _sides(keyway: KeywayDatum, plan: InspectionPlan) -> list[_Feature]:
+    """A point of each side of a keyway. Raises ``ExportError`` where the ball does not fit between them."""
+    if keyway.half_width <= plan.probe_radius:
+        raise ExportError(
+            "export.inspection.probe_radius_mm", f"{plan.probe_radius:g}", "does not fit into the keyway, datum C",
+            "take a smaller ball",
+        )  # fmt: skip
+    across = 1j * keyway.centre / abs(keyway.centre)
+    return [
+        _point(name, keyway.centre + side * keyway.half_width * across, -side * across, plan, keyway.centre)
+        for name, side in (("SIDE1", 1.0), ("SIDE2", -1.0))
+    ]
+
+
+def _point(name: str, at: complex, normal: complex, plan: InspectionPlan, entry: complex | None = None) -> _Feature:
+    place = f"{_xyz(at, plan.mid_height)},{_mm(normal.real)},{_mm(normal.imag)},0"
+    return _Feature(name, f"POINT,CART,{place}", [(at, plan.mid_height, normal, 0.0)], entry)
+
+
+def _midpoint(name: str, at: complex, ends: tuple[str, str], plan: InspectionPlan) -> list[str]:
+    """A point midway between two measured ones."""
+    along = _direction(at)
+    return [
+        f"F({name})=FEAT/POINT,CART,{_xyz(at, plan.mid_height)},{along}",
+        f"CONST/POINT,F({name}),MIDPT,FA({ends[0]}),FA({ends[1]})",
+    ]
+
+
+def _measured(feature: _Feature, plan: InspectionPlan, end: str = "") -> list[str]:
+    """A feature with its touches; without ``end`` the probe goes there and away again."""
+    name, moves, entry = feature.name + end, not end, feature.entry
+    kind = feature.definition.split(",")[0]
+    lines = [f"F({name})=FEAT/{feature.definition}", f"MEAS/{kind},F({name}),{len(feature.touches)}"]
+    for at, z, normal, up in feature.touches:
+        # From above: over the face, and to the height of a root from outside the teeth.
+        clear = at if up else at * (1.0 + _CLEARANCE / abs(at))
+        if moves and entry is None:
             lines += _retract(clear, plan) if up else _descend(clear, plan)
         lines.append(f"PTMEAS/CART,{_xyz(at, z)},{_mm(normal.real)},{_mm(normal.imag)},{up:g}")
-        if moves and not inside:
+        if moves and entry is None:
             lines += _retract(clear, plan) if up else [f"GOTO/{_xyz(clear, z)}", *_retract(clear, plan)]
     lines.append("ENDMES")
-    return [*_descend(middle, plan), *lines, *_retract(middle, plan)] if inside else lines
+    if not moves or entry is None:
+        return lines
+    leave = [f"GOTO/{_xyz(entry, plan.mid_height)}", *_retract(entry, plan)]
+    return [*_descend(entry, plan), *lines, *leave]
 
 
-def face_points(record: DesignRecord, probe_radius: float) -> list[complex]:
-    """Four places of the face, one a quadrant, far from the axis and clear of teeth and openings [mm]."""
-    from shapely import Point, Polygon
+def _turn_of_teeth(record: DesignRecord, plan: InspectionPlan, outside: complex) -> list[str]:
+    """The axis of root 1, midway between its flanks at the pitch radius; its angle from C, and the x axis along it.
 
-    def ring(points: ComplexArray) -> FloatArray:
-        return np.stack([points.real, points.imag], axis=-1)
+    The turn of the teeth about B is free: a profile within its zone at this turn is within it.
+    """
+    lines = ["$$ TURN OF THE TEETH"]
+    flanks = record.profile.at(np.array([plan.pitch_phase, -plan.pitch_phase]))
+    for name, at, normal in zip(("ROOT1L", "ROOT1R"), flanks.position, flanks.normal, strict=True):
+        lines += _measured(_point(name, complex(at), complex(normal), plan, outside), plan)
+    middle = complex(np.mean(flanks.position))
+    lines += _midpoint("MID1", middle, ("ROOT1L", "ROOT1R"), plan)
+    lines += _line("ROOT1", middle, "MID1", plan)
+    angle, datums = plan.hole_angle_arcmin, plan.datums
+    if datums.direction is not None and angle is not None:
+        turn, limit = abs(math.degrees(datums.direction_angle)), angle.size / 60.0
+        lines += [
+            *_line("HOLE", datums.direction.centre, "TURN", plan),
+            f"T(3)=TOL/ANGLB,NOMINL,{turn:.9f},{-limit:.9f},{limit:.9f}",
+            "OUTPUT/FA(HOLE),FA(ROOT1),TA(3)",
+        ]
+    return [*lines, "D(7)=ROTATE/ZAXIS,FA(ROOT1),XDIR"]
 
-    phase = np.linspace(0.0, record.profile.trochoid.phase_period, _OUTLINE, endpoint=False)
-    holes = [ring(contour.points(_CHORDS)) for contour in record.outline.contours]
-    disc = Polygon(ring(record.profile.at(phase).position), holes)
-    root = float(np.min(np.abs(record.profile.at(phase).position)))
-    for margin in _MARGINS:
-        region = disc.buffer(-(probe_radius + margin))
-        found = []
-        for quadrant in range(4):
-            # From the middle of the quadrant outwards on both sides.
-            turns = sorted(np.linspace(0.02, 0.98, 49).tolist(), key=lambda share: abs(share - 0.5))
-            places = (
-                radius * cmath.exp(0.5j * math.pi * (quadrant + turn))
-                for turn in turns
-                for radius in np.linspace(root, 0.2 * root, 60).tolist()
-            )
-            found += [next((z for z in places if region.contains(Point(z.real, z.imag))), None)]
-        if None not in found:
-            return [z for z in found if z is not None]
-    raise ExportError(
-        "export.inspection.probe_radius_mm", f"{probe_radius:g}", "finds no face to touch between the openings",
-        "take a smaller ball",
-    )  # fmt: skip
+
+def _line(name: str, through: complex, point: str, plan: InspectionPlan) -> list[str]:
+    """A line from the axis B through a point or centre."""
+    return [
+        f"F({name})=FEAT/LINE,UNBND,CART,0,0,{_mm(plan.mid_height)},{_direction(through)},0,0,1",
+        f"CONST/LINE,F({name}),BF,FA(AXIS),FA({point})",
+    ]
 
 
 def _tolerances(plan: InspectionPlan) -> list[str]:
     """Definitions of the tolerances of profile of points and runout of the roots."""
     profile, _, _, runout = (check.tolerance for check in plan.checks)
-    return [f"T(1)=TOL/PROFP,{-profile:.6f},{profile:.6f}", f"T(2)=TOL/CRNOUT,{runout:.6f},DAT(A)"]
+    return [f"T(1)=TOL/PROFP,{-profile:.6f},{profile:.6f}", f"T(2)=TOL/CRNOUT,{runout:.6f},DAT({AXIS})"]
 
 
 def _flank_points(points: ToothPoints, lobe: IntArray, plan: InspectionPlan) -> list[str]:
@@ -218,8 +265,7 @@ def _pitch_and_runout(points: ToothPoints, lobe: IntArray, plan: InspectionPlan)
         chosen = _nearest_in_each_lobe(in_lobe, lobe, phase)
         at = points.position[chosen]
         for k, number in enumerate((chosen + 1).tolist()):
-            lines.append(f"F({name}{k + 1})=FEAT/LINE,UNBND,CART,0,0,{_mm(plan.mid_height)},{_direction(at[k])},0,0,1")
-            lines.append(f"CONST/LINE,F({name}{k + 1}),BF,FA(BORE),FA({number})")
+            lines += _line(f"{name}{k + 1}", at[k], f"{number}", plan)
         for k, number in enumerate((chosen + 1).tolist()):
             before = k - 1
             chord = float(abs(at[k] - at[before]))
@@ -274,7 +320,13 @@ def _plain(rows: list[str]) -> list[str]:
     """The plan without table markup, in ASCII capitals."""
     text = (row.strip("|- ").replace(" | ", ", ") for row in rows if row and not row.startswith("|---"))
     return [
-        row.replace("± ", "+/-").replace("±", "+/-").replace("µm", "um").replace("°", " deg").upper() for row in text
+        row.replace("± ", "+/-")
+        .replace("±", "+/-")
+        .replace("µm", "um")
+        .replace("°", " deg")
+        .replace("′", " arcmin")
+        .upper()
+        for row in text
     ]
 
 

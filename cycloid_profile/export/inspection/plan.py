@@ -1,8 +1,7 @@
-"""Inspection plan of a finished disc: checks with datum, tolerance and source of the tolerance."""
+"""Inspection plan of a finished disc: datums, and checks with tolerance and source of the tolerance."""
 
 from __future__ import annotations
 
-import cmath
 import math
 from dataclasses import dataclass
 
@@ -10,7 +9,17 @@ import numpy as np
 
 from cycloid_profile._display import Described
 from cycloid_profile.design import DesignRecord
-from cycloid_profile.export.inspection.tolerances import inspection_tolerances
+from cycloid_profile.export.inspection.datums import (
+    AXIS,
+    DIRECTION,
+    FACE,
+    FACE_POINTS,
+    OF_TEETH,
+    CircleDatum,
+    DatumSystem,
+    datum_system,
+)
+from cycloid_profile.export.inspection.tolerances import Tolerance, inspection_tolerances
 from cycloid_profile.export.points import measuring_points
 from cycloid_profile.units import DEGREE, UM
 
@@ -32,7 +41,7 @@ class InspectionPlan(Described):
     """Checks of a disc; ``flank_play`` is the normal gap of one flank at first touch [mm].
 
     ``mid_height`` of the points [mm]; ``pitch_radius`` [mm] and ``pitch_phase`` [rad] at which pitch is evaluated;
-    ``bore_radius`` [mm], and centre and radius of the first ``crank_hole`` [mm], None without a round one.
+    ``hole_angle_arcmin``: ± of the angle from datum C to root 1, None without round holes.
     """
 
     checks: tuple[Check, ...]
@@ -42,32 +51,15 @@ class InspectionPlan(Described):
     mid_height: float
     pitch_radius: float
     pitch_phase: float
-    bore_radius: float | None
-    crank_hole: tuple[complex, float] | None
+    datums: DatumSystem
+    hole_angle_arcmin: Tolerance | None
     bore_points: int
     probe_radius: float
 
     def _key_figures(self) -> dict[str, str]:
         checks = {c.name: f"{c.tolerance / UM:.1f} µm" for c in self.checks}
-        return checks | {"points": f"{self.points_per_lobe} on each of {self.lobes} lobes", "datum": self.datum}
-
-    @property
-    def datum(self) -> str:
-        """Datum of the origin."""
-        return "axis of the bore" if self.bore_radius is not None else "centre of the circle through the roots"
-
-    @property
-    def turn_datum(self) -> str:
-        """Datum of the direction of the x axis."""
-        if self.crank_hole is None:
-            return "best fit of all flank points"
-        turn = self.hole_angle / DEGREE
-        return f"crank hole 1, {turn:.4f}° from the x axis" if turn else "crank hole 1, on the x axis"
-
-    @property
-    def hole_angle(self) -> float:
-        """Angle of crank hole 1 from the x axis, which goes through root 1 [rad]."""
-        return 0.0 if self.crank_hole is None else round(cmath.phase(self.crank_hole[0]), 12)
+        datums = ", ".join(f"{letter} {name}" for letter, name in self.datums.names.items())
+        return checks | {"points": f"{self.points_per_lobe} on each of {self.lobes} lobes", "datums": datums}
 
 
 def inspection_plan(record: DesignRecord) -> InspectionPlan:
@@ -77,8 +69,6 @@ def inspection_plan(record: DesignRecord) -> InspectionPlan:
     phase = trochoid.critical_phase
     pitch_radius = float(np.abs(record.profile.at(phase).position))
     play = max(0.0, 0.5 * record.compensated_accuracy.backlash.least * trochoid.longest_lever)
-    arcs = {contour.name: contour.full_circle_arc for contour in record.outline.contours}
-    bore, crank_hole = arcs.get("bore"), arcs.get("crank hole 1")
     limits = inspection_tolerances(record)
     rows = (
         ("profile", "F_α", "deviation of the flank along its normal", limits.profile, True),
@@ -97,8 +87,8 @@ def inspection_plan(record: DesignRecord) -> InspectionPlan:
         mid_height=0.5 * record.drive.disc_width,
         pitch_radius=pitch_radius,
         pitch_phase=phase,
-        bore_radius=None if bore is None else bore.radius,
-        crank_hole=None if crank_hole is None else (crank_hole.centre, crank_hole.radius),
+        datums=datum_system(record),
+        hole_angle_arcmin=limits.hole_angle_arcmin,
         bore_points=settings.bore_points,
         probe_radius=settings.probe_radius_mm,
     )
@@ -108,17 +98,22 @@ def plan_rows(plan: InspectionPlan) -> list[str]:
     """The plan as Markdown, one line an entry."""
     tight = plan.checks[0].tolerance > plan.flank_play
     beyond = ", less than the profile tolerance: a disc at its limits may touch on both flanks" if tight else ""
-    bore = "the disc has no round bore" if plan.bore_radius is None else f"{2.0 * plan.bore_radius:.4f} mm"
+    teeth = ", ".join(OF_TEETH)
+    angle = plan.hole_angle_arcmin if plan.datums.direction is not None else None
     return [
-        "| check | quantity | tolerance [µm] | tolerance from |",
-        "|---|---|---|---|",
+        "| check | quantity | datums | tolerance [µm] | tolerance from |",
+        "|---|---|---|---|---|",
         *(
-            f"| {c.name} | {c.quantity} | {'± ' if c.both_ways else ''}{c.tolerance / UM:.4g} | {c.source} |"
+            f"| {c.name} | {c.quantity} | {teeth} | {'± ' if c.both_ways else ''}{c.tolerance / UM:.4g} | {c.source} |"
             for c in plan.checks
         ),
+        *(
+            [f"| hole to tooth | angle from {DIRECTION} to root 1 | {teeth} | ± {angle.size:.4g}′ | {angle.source} |"]
+            if angle is not None
+            else []
+        ),
         "",
-        f"- Datum A: {plan.datum}, diameter {bore}, {plan.bore_points} points at z = {plan.mid_height:g} mm.",
-        f"- Datum B, the turn about A: {plan.turn_datum}; lobe 1 is the one whose root lies on the x axis.",
+        *_datum_rows(plan),
         f"- Flanks: {plan.points_per_lobe} points on each of {plan.lobes} lobes at z = {plan.mid_height:g} mm, with"
         " nominal outward normals.",
         f"- Pitch: at the flank points nearest to phase ±{math.degrees(plan.pitch_phase):.2f}°, radius"
@@ -127,3 +122,27 @@ def plan_rows(plan: InspectionPlan) -> list[str]:
         " points and results are those of the surface, compensated by the machine along the normal.",
         f"- Play of a flank at first touch: {plan.flank_play / UM:.2f} µm{beyond}.",
     ]
+
+
+def _datum_rows(plan: InspectionPlan) -> list[str]:
+    """Datums with their points, and the frame in which coordinates are given."""
+    datums, points = plan.datums, plan.bore_points
+    level = f"at z = {plan.mid_height:g} mm"
+    touched = points if datums.axis.opening else plan.lobes
+    rows = [
+        f"- Datum {FACE}: {datums.face}, {FACE_POINTS} points.",
+        f"- Datum {AXIS}: axis of the {datums.axis.name}, diameter {2.0 * datums.axis.radius:.4f} mm, {touched} points"
+        f" {level}.",
+    ]
+    if datums.direction is None:
+        rows.append(f"- No datum {DIRECTION}: the disc has no hole or keyway. Root 1 gives the direction.")
+    else:
+        touched = points if isinstance(datums.direction, CircleDatum) else 2
+        turn = datums.direction_angle / DEGREE
+        place = f"{turn:.4f}° from the x axis" if turn else "on the x axis"
+        rows.append(f"- Datum {DIRECTION}: {datums.direction.name}, {place}, {touched} points {level}.")
+    rows.append(
+        "- Frame: origin on the lower face, x axis through root 1. Teeth are evaluated with their turn about"
+        f" {AXIS} free; lobe 1 is the one whose root lies on the x axis."
+    )
+    return rows

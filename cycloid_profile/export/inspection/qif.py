@@ -18,6 +18,7 @@ import numpy as np
 from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
 from cycloid_profile.design import DesignRecord
 from cycloid_profile.export.curves import deviation
+from cycloid_profile.export.inspection.datums import OF_TEETH, CircleDatum, KeywayDatum, root_circle
 from cycloid_profile.export.inspection.evaluate import FLANKS, Inspection
 from cycloid_profile.export.inspection.plan import InspectionPlan, inspection_plan
 from cycloid_profile.export.points import POINT_RESOLUTION, measuring_points
@@ -27,6 +28,7 @@ from cycloid_profile.spec import format_spec
 _NAMESPACE = "{http://qifstandards.org/xsd/qif3}"
 _TEMPLATE = "inspection.qif.j2"
 _FIRST_ID = 10  # smaller ones stand in the template
+_FACE, _KEYWAY = 7, 9  # of the nominal features there
 _STATUS = {True: "PASS", False: "FAIL", None: "NOT_ANALYZED"}
 
 
@@ -54,15 +56,8 @@ def qif_document(record: DesignRecord, result: Inspection | None = None) -> byte
 
     plan, ids = inspection_plan(record), itertools.count(_FIRST_ID)
     flanks = _flanks(record, plan, result, ids)
-    circles: list[dict[str, Any]] = [
-        {"name": name, "side": side, "diameter": 2.0 * radius}
-        | {key: next(ids) for key in ("definition", "nominal", "item")}
-        for name, side, radius in (
-            ("roots", "EXTERNAL", float(np.abs(record.profile.at(0.0).position))),
-            ("bore", "INTERNAL", plan.bore_radius),
-        )
-        if radius is not None
-    ]
+    circles, datums = _datums(record, plan, ids)
+    teeth = len(OF_TEETH)
     digest = hashlib.sha256(format_spec(record.spec).encode() + record.label.encode())
     if result is not None:
         digest.update(result.registered.placed.tobytes())
@@ -74,6 +69,10 @@ def qif_document(record: DesignRecord, result: Inspection | None = None) -> byte
         qp_id=uuid.UUID(bytes=digest.digest()[:16], version=5),
         z=plan.mid_height,
         circles=circles,
+        keyway=plan.datums.direction if isinstance(plan.datums.direction, KeywayDatum) else None,
+        datums=datums,
+        # The frame of the teeth first.
+        frames=[datums[:teeth], datums] if len(datums) > teeth else [datums],
         flanks=flanks,
         characteristics=_characteristics(plan, flanks, circles[0]["item"], result, ids),
         measured=result,
@@ -81,6 +80,21 @@ def qif_document(record: DesignRecord, result: Inspection | None = None) -> byte
         last_id=next(ids) - 1,
     )
     return f"{filled}\n".encode()
+
+
+def _datums(
+    record: DesignRecord, plan: InspectionPlan, ids: Iterator[int]
+) -> tuple[list[dict[str, Any]], list[tuple[str, int, int]]]:
+    """Circles with their identifiers, that of the roots first; letter, identifier and nominal feature of the datums."""
+    system = plan.datums
+    used = [one for one in (root_circle(record), system.axis, system.direction) if isinstance(one, CircleDatum)]
+    keys = ("definition", "nominal", "item")
+    circles: dict[str, dict[str, Any]] = {
+        one.name: {"name": one.name, "circle": one} | {key: next(ids) for key in keys} for one in dict.fromkeys(used)
+    }
+    nominal = {name: one["nominal"] for name, one in circles.items()} | {system.face: _FACE}
+    datums = [(letter, next(ids), nominal.get(name, _KEYWAY)) for letter, name in system.names.items()]
+    return list(circles.values()), datums
 
 
 def _flanks(

@@ -99,7 +99,7 @@ class InspectionSpec(Table, frozen=True):
     """Measuring plan. A tolerance that is absent is that of the drawing, else a grade of ISO 286-1 by quality."""
 
     probe_radius_mm: Annotated[float, key("Radius of the probe's ball [mm].", "give 0.25 to 1.5 mm", gt=0, le=50)] = 0.5
-    bore_points: Annotated[int, key("Points on the bore, the datum.", "give 4 to 50 points", ge=3, le=1000)] = 8
+    bore_points: Annotated[int, key("Points on each of datums B and C.", "give 4 to 50 points", ge=3, le=1000)] = 8
     profile_tolerance_um: Annotated[float, _tolerance("Allowed deviation of the flank, ± [µm].")] | None = None
     pitch_tolerance_um: Annotated[float, _tolerance("Allowed single pitch deviation, ± [µm].")] | None = None
     cumulative_pitch_tolerance_um: Annotated[float, _tolerance("Allowed cumulative pitch deviation [µm].")] | None = (
@@ -209,7 +209,10 @@ class DrawingSpec(Table, frozen=True):
         | None
     ) = None
     perpendicularity_um: (
-        Annotated[float, _tolerance("Perpendicularity of the faces to the datum, whole zone [µm].")] | None
+        Annotated[float, _tolerance("Perpendicularity of the bore to the upper face, whole zone [µm].")] | None
+    ) = None
+    parallelism_um: (
+        Annotated[float, _tolerance("Parallelism of the lower to the upper face, whole zone [µm].")] | None
     ) = None
     width_tolerance_um: Annotated[float, _tolerance("Tolerance of the width, ± [µm].")] | None = None
     profile_tolerance_um: Annotated[float, _tolerance("Profile tolerance of the tooth, whole zone [µm].")] | None = None
@@ -217,8 +220,8 @@ class DrawingSpec(Table, frozen=True):
     cumulative_pitch_tolerance_um: (
         Annotated[float, _tolerance("Cumulative pitch deviation, whole range [µm].")] | None
     ) = None
-    runout_tolerance_um: Annotated[float, _tolerance("Runout of the teeth against the datum [µm].")] | None = None
-    datum: Annotated[str, _text("Surface that is datum A for measuring.")] = "axis of bore"
+    runout_tolerance_um: Annotated[float, _tolerance("Runout of the teeth about datum B [µm].")] | None = None
+    datum: Annotated[str, _text("Name of datum B, the axis; empty for its own name, such as bore.")] = ""
     notes: Annotated[
         tuple[Annotated[str, _text("A note.")], ...],
         key("Further notes, one line each.", "give a list of short texts", max_length=6),
@@ -235,6 +238,7 @@ Format = Literal[
     "step",
     "step-assembly",
     "parts-step",
+    "parts-dxf",
     "parts-3mf",
     "parts-stl",
     "bom",
