@@ -18,7 +18,7 @@ SURROUNDINGS = {
     "no UTF-8": {"LC_ALL": "POSIX", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"},
     "pipe of cp1252": {"PYTHONIOENCODING": "cp1252"},
     # Folders of the kernel take no file, whoever asks.
-    "home that is read-only": {"HOME": "/sys", "XDG_CACHE_HOME": "", "XDG_STATE_HOME": ""},
+    "home that is read-only": {"HOME": "/sys", "XDG_CACHE_HOME": "/sys/cache", "XDG_STATE_HOME": "/sys/state"},
     "home that cannot be made": {"HOME": "/dev/null/home", "XDG_CACHE_HOME": "/proc/x", "XDG_STATE_HOME": "/proc/x"},
     "no home": {"HOME": "", "XDG_CACHE_HOME": "", "XDG_STATE_HOME": ""},
     "no variables": dict.fromkeys(("LANG", "LC_ALL", "USER", "LOGNAME", "TMPDIR", "TERM", "TZ"), ""),
