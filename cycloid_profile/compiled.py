@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from itertools import pairwise
 from typing import Protocol, TypeVar
 
 from numba import get_num_threads, njit
 
+from cycloid_profile.language import translated
+
 R = TypeVar("R")
+_log = logging.getLogger("cycloid_profile")
 
 
 class _Decorator(Protocol):
@@ -17,8 +22,25 @@ class _Decorator(Protocol):
 
 
 def _compiler(**options: object) -> _Decorator:
-    decorator: _Decorator = njit(cache=True, nogil=True, error_model="numpy", **options)
-    return decorator
+    shared = {"nogil": True, "error_model": "numpy", **options}
+
+    def compiler(function: Callable[..., R], /) -> Callable[..., R]:
+        kept: _Decorator = njit(cache=True, **shared)
+        anew: _Decorator = njit(**shared)
+        try:
+            return kept(function)
+        except RuntimeError:
+            # No folder takes the compiled code, as in a container whose file system is read-only.
+            _warn_of_compiling_anew()
+            return anew(function)
+
+    return compiler
+
+
+@cache
+def _warn_of_compiling_anew() -> None:
+    sentence = "every run compiles anew: neither the package nor the home folder can be written; set NUMBA_CACHE_DIR"
+    _log.warning(translated(sentence))
 
 
 # Called from Python.

@@ -7,6 +7,7 @@ A case is a command with its words, the files it finds, the expected status and 
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -193,6 +194,13 @@ def large() -> Iterator[Case]:
         ("coulomb_friction", "torque_nm = 10000", "angle of the loop does not change", 2),
     ):
         yield Case(f"loop of large {name}", loop, says, status, f'{SPEC}\n[[effects]]\nname = "{name}"\n{size}\n')
+    turn = HEAD + "# kind: transmission_error\n# torque_nm: 400\n# noise_arcsec: {}\noutput_angle_deg,error_arcsec\n"
+    turn += "".join(f"{3 * i},{math.sin(i):.3f}\n" for i in range(120))
+    for noise in ("1e-9", "1e300"):
+        yield Case(f"stated noise {noise}", ("diagnose", "spec.toml", "t.csv"), r"t\.csv: noise_arcsec.*check its unit",
+                   files={"t.csv": turn.format(noise)})  # fmt: skip
+    tight = changed("equidistant_um = 6.0", "equidistant_um = -100.0")
+    yield Case("pins that are 100 µm too tight", ("accuracy", "spec.toml"), "check the modification amounts", 1, tight)
     words = ("diagnose", "spec.toml", "d.csv", "--against=d.csv")
     yield Case("a file against itself", words, "rows are those of d.csv", files={"d.csv": SCAN})
     for command in ("compare", "diagnose", "correct", "inspect"):

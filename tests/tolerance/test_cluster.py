@@ -12,6 +12,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -186,12 +187,38 @@ def test_no_scheduler_is_one_sentence(study, tmp_path, monkeypatch):
     assert not list(tmp_path.glob("part-*"))
 
 
-@pytest.mark.parametrize("address", ["nowhere at all", "tcp://", "smoke://127.0.0.1:1", ""])
+@pytest.mark.parametrize(
+    "address", ["nowhere at all", "tcp://", "smoke://127.0.0.1:1", "tls://127.0.0.1:1", "tcp://127.0.0.1:99999", ""]
+)
 def test_an_address_that_is_none_is_one_sentence(study, tmp_path, monkeypatch, address):
     monkeypatch.setattr("cycloid_profile.tolerance.study.workers._TIMEOUT", 1.0)
     with pytest.raises(ToleranceError) as caught:
         run(study, tmp_path, Cluster(address))
     sentence(caught, address)
+
+
+@pytest.mark.parametrize(
+    "says",
+    [b"", b"HTTP/1.1 400 Bad Request\r\n\r\n" * 50, b"\xff" * 64, (3 * 2**60).to_bytes(8, "little") * 4],
+    ids=["nothing", "a web server", "bytes", "a length of 3 EiB"],
+)
+def test_another_program_at_the_address_is_one_sentence(study, tmp_path, monkeypatch, says):
+    monkeypatch.setattr("cycloid_profile.tolerance.study.workers._TIMEOUT", 1.0)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def answer() -> None:
+            kept = []
+            with contextlib.suppress(OSError):
+                while True:
+                    kept.append(server.accept()[0])
+                    kept[-1].sendall(says)
+
+        threading.Thread(target=answer, daemon=True).start()
+        address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
+        with pytest.raises(ToleranceError) as caught:
+            run(study, tmp_path, Cluster(address))
+    assert "cannot be reached" in sentence(caught, address)
+    assert not list(tmp_path.iterdir())
 
 
 def test_what_came_of_no_address_does_not_outlive_the_sentence(study, tmp_path, monkeypatch):
