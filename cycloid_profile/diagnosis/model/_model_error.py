@@ -188,4 +188,3 @@ def _coupled(at: LoadedContacts, reducer: AsBuiltReducer, pitches: float) -> Flo
     spread = np.fft.irfft(np.fft.rfft(force) * np.fft.rfft(kernel / kernel.sum()), pins)
     found: FloatArray = spread[at.pose, at.disc, at.pin] / float(np.mean(at.force))
     return found
-
