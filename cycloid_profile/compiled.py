@@ -26,20 +26,20 @@ def _compiler(**options: object) -> _Decorator:
 
     def compiler(function: Callable[..., R], /) -> Callable[..., R]:
         kept: _Decorator = njit(cache=True, **shared)
-        anew: _Decorator = njit(**shared)
+        uncached: _Decorator = njit(**shared)
         try:
             return kept(function)
         except RuntimeError:
             # No folder takes the compiled code, as in a container whose file system is read-only.
-            _warn_of_compiling_anew()
-            return anew(function)
+            _warn_of_compiling_again()
+            return uncached(function)
 
     return compiler
 
 
 @cache
-def _warn_of_compiling_anew() -> None:
-    sentence = "every run compiles anew: neither the package nor the home folder can be written; set NUMBA_CACHE_DIR"
+def _warn_of_compiling_again() -> None:
+    sentence = "every run compiles again: neither the package nor the home folder can be written; set NUMBA_CACHE_DIR"
     _log.warning(translated(sentence))
 
 

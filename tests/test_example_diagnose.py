@@ -77,7 +77,10 @@ def test_published_rigidity_needs_a_spring_in_series(tmp_path, capsys):
         assert one.found.verdict == "effects_found"
         (effect,) = one.found.effects
         assert effect.candidate.name == "series_compliance"
-        assert effect.parameters["stiffness_nm_per_arcmin"] == pytest.approx(one.series, rel=3e-3)
+        # ± contains what contact law, disc and bearings may err by: some per cent of the loop without the spring.
+        stiffness, error = effect.parameters["stiffness_nm_per_arcmin"], effect.uncertainty["stiffness_nm_per_arcmin"]
+        assert stiffness == pytest.approx(one.series, rel=1e-2)
+        assert abs(stiffness - one.series) < error < 0.05 * stiffness
         (gap,) = one.found.gaps
         assert gap.held_out_before > 1.0
         # The error of the contact law takes the hundredth part of the gap that it may.

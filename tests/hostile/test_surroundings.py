@@ -95,7 +95,7 @@ def test_a_process_with_decimal_commas_writes_the_same_files(tmp_path: Path):
 
 
 @pytest.mark.slow
-def test_a_package_and_a_home_that_cannot_be_written_compile_anew_and_say_so(tmp_path: Path):
+def test_a_package_and_a_home_that_cannot_be_written_compile_again_and_say_so(tmp_path: Path):
     # As in a container whose file system is read-only. A file in the place of a folder stops every user, root as well.
     package = tmp_path / "cycloid_profile"
     shutil.copytree(ROOT / "cycloid_profile", package, ignore=shutil.ignore_patterns("__pycache__"))

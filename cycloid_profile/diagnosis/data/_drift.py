@@ -23,7 +23,7 @@ _WIDTH = 2.0  # times the estimate
 _ORDERS = 12  # round the turn, as in the detection
 _LEAST_SPAN = 0.9  # of a turn
 _APART = 0.01  # share of the drift that repeating effects must leave
-_ORIGIN_DEGREES = 4  # of the path of an origin in time: polynomials, each half as wide as the one before
+_DEGREES = 4  # of the path of a drift in time: a drift is smooth
 _SHOWN_DEGREES = 2  # of them that must be significant
 _CHANCE = 1.0 / 80.0  # of a path where there is none, as for curves
 
@@ -101,15 +101,19 @@ def origin_drift(removal: FloatArray, normal: ComplexArray, rows: IntArray, form
     return _WIDTH * math.sqrt(max(gain - seen.shape[1], 0.0) * level / float(np.sum(seen**2)))
 
 
-def origin_path(normal: ComplexArray, rows: IntArray, degrees: int = _ORIGIN_DEGREES) -> FloatArray:
+def origin_path(normal: ComplexArray, rows: IntArray, degrees: int = _DEGREES) -> FloatArray:
     """Columns of a moving origin, seen along the ``normal`` of each row; shape (rows, 2·degrees).
 
-    ``rows``: number of each row in order of measurement. Legendre polynomials in time, each half as large as the one
-    before: a drift is smooth.
+    ``rows``: number of each row in order of measurement.
     """
-    time = 2.0 * (rows - np.min(rows)) / max(int(np.ptp(rows)), 1) - 1.0
-    shapes = legvander(time, degrees)[:, 1:] * 0.5 ** np.arange(degrees)
+    shapes = smooth_path(rows, degrees)
     return np.hstack([shapes * normal.real[:, np.newaxis], shapes * normal.imag[:, np.newaxis]])
+
+
+def smooth_path(rows: IntArray, degrees: int = _DEGREES) -> FloatArray:
+    """Columns of a drift, shape (rows, degrees): Legendre polynomials in time, each half as large as the one before."""
+    time = 2.0 * (rows - np.min(rows)) / max(int(np.ptp(rows)), 1) - 1.0
+    return np.asarray(legvander(time, degrees)[:, 1:] * 0.5 ** np.arange(degrees))
 
 
 def _width(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cycloid_profile.arrays import BoolArray, ComplexArray, FloatArray, IntArray
-from cycloid_profile.diagnosis.data._drift import origin_path
+from cycloid_profile.diagnosis.data._drift import origin_path, smooth_path
 from cycloid_profile.diagnosis.data.recording import Recording
 from cycloid_profile.diagnosis.model._model_error import (
     branch_error,
@@ -81,11 +81,9 @@ class Residuals:
                 predicted = predicted_curves([recording], reducer)[0]
             self.first_order = LinearisedCurve(predicted)
             self.residual = measurement.value[rows] - predicted.on_last_flank
-            ramp = np.linspace(-1.0, 1.0, rows.size)
-            columns = [recording.drift * ramp]
+            self.nuisance = recording.drift * smooth_path(rows)
             if recording.kind.zero_unknown:
-                columns.append(np.full(rows.size, _UNKNOWN))
-            self.nuisance = np.stack(columns, axis=1)
+                self.nuisance = np.hstack([self.nuisance, np.full((rows.size, 1), _UNKNOWN)])
             self.position = (
                 rows + 1.0 if recording.kind is HYSTERESIS else measurement["output_angle_deg"][rows] * DEGREE
             )
