@@ -83,9 +83,10 @@ def test_files_of_disc_2_have_its_openings(rv40e_record: DesignRecord, tmp_path:
     assert "DISC 2: ROOT 1 ON THE X AXIS, OPENINGS 4.6154 DEG" in (tmp_path / "grinding_disc_2.nc").read_text()
     assert "OPENINGS" not in (tmp_path / "grinding.nc").read_text()
     program = (tmp_path / "cmm_disc_2.dmi").read_text()
-    # In the alignment by hand, and again in that by the machine.
-    assert re.findall(r"D\((\d)\)=ROTATE/ZAXIS,(.*)", program) == [("3", "-4.615384615"), ("6", "-4.615384615")]
-    assert "ROTATE" not in (tmp_path / "cmm.dmi").read_text()
+    # In the alignment by hand, again in that by the machine; the tooth is then measured from its root.
+    turned_by = [("3", "-4.615384615"), ("6", "-4.615384615"), ("7", "FA(ROOT1),XDIR")]
+    assert re.findall(r"D\((\d)\)=ROTATE/ZAXIS,(.*)", program) == turned_by
+    assert re.findall("ROTATE/ZAXIS,(.*)", (tmp_path / "cmm.dmi").read_text()) == ["FA(ROOT1),XDIR"]
     # The tooth is the same in both.
     assert (tmp_path / "profile.csv").read_bytes() == (tmp_path / "profile_disc_2.csv").read_bytes()
 
