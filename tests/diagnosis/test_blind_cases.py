@@ -182,7 +182,10 @@ def test_foreign_physics_is_named_or_left_unknown():
 
 @pytest.mark.slow
 def test_loops_of_foreign_physics_are_left_without_a_name():
-    assert [answer.judged for answer in run(_asked({"wide, clean, loop": 6}), 2)] == ["right"] * 6
+    answers = run(_asked({"wide, clean, loop": 6}), 2)
+    assert [answer.named for answer in answers] == [[]] * 6
+    # A curved drift of one of them is an unknown effect.
+    assert [answer.verdict for answer in answers].count("agrees") >= 5
 
 
 @pytest.mark.slow
