@@ -26,6 +26,7 @@ from cycloid_profile.units import NEWTON_METRE
 _NEAR, _FAR = 1.0, 4.0  # pin pitches over which the coupling of neighbouring pins by the disc decays
 _STICKS = (0.5, 1.0)  # of the torque over which friction sticks after a reversal: others slip at once, or sooner
 _WHOLE_LOOP = 2.0  # of the largest torque
+_SYMMETRIC = 3  # multiples of the orders of a reducer of equal parts: further ones are smaller
 _MULTIPLES = 6  # of lobes and pins: amplitudes fall with the harmonic
 _LOW_ORDERS = 12  # of a smooth error of a turn
 
@@ -110,12 +111,43 @@ def _whole_twist(curve: LinearisedCurve) -> float:
     return float(np.ptp(found)) if found.size else 0.0
 
 
-def order_error(reducer: AsBuiltReducer, recording: Recording, position: FloatArray) -> FloatArray:
-    """Cosine and sine of the orders of mesh in a curve over a turn, with the accuracy of an order as width."""
+def order_error(
+    reducer: AsBuiltReducer, recording: Recording, position: FloatArray, curve: LinearisedCurve, grown: FloatArray
+) -> FloatArray:
+    """Cosine and sine of the orders of mesh in a curve over a turn, shape (rows, columns).
+
+    Their width is the accuracy of an order and the ripple of the errors that grow with the load, ``grown``, shape
+    (rows, errors): contact laws and bodies change the ripple of each order by a factor of its own.
+    """
     if not recording.kind.over_output_turn:
         return np.zeros((position.size, 0))
-    angle = np.outer(position, mesh_orders(reducer.case.drive.trochoid))
-    return recording.accuracy * np.hstack([np.cos(angle), np.sin(angle)])
+    trochoid = reducer.case.drive.trochoid
+    orders = mesh_orders(trochoid)
+    angle = np.outer(position, orders)
+    width = np.hypot(recording.accuracy, np.linalg.norm(_ripple(grown, angle), axis=1))
+    if reducer.case.disc_bodies:
+        # Equal lobes and pins have no ripple but at multiples of their product: the rest is that of the bodies.
+        of_bodies = orders % (trochoid.lobes * trochoid.pins) > 0.0
+        predicted = np.nan_to_num(curve.prediction.on_last_flank)[:, np.newaxis]
+        width = np.hypot(width, np.where(of_bodies, _ripple(predicted, angle)[:, 0], 0.0))
+    found: FloatArray = np.tile(width, 2) * np.hstack([np.cos(angle), np.sin(angle)])
+    return found
+
+
+def symmetric_orders(reducer: AsBuiltReducer) -> FloatArray:
+    """Orders per turn at which a reducer of equal parts can have a ripple.
+
+    Equal bearings are equally stiff in all directions; holes for cranks make an elastic disc softer in some.
+    """
+    lobes, pins = reducer.case.drive.trochoid.lobes, reducer.case.drive.trochoid.pins
+    parts = [lobes, reducer.cranks] if reducer.case.disc_bodies and reducer.cranks else [lobes]
+    return np.unique(np.outer(parts, pins * np.arange(1.0, _SYMMETRIC + 1.0)))
+
+
+def _ripple(columns: FloatArray, angle: FloatArray) -> FloatArray:
+    """Amplitude of each order in each column over a turn, shape (orders, columns)."""
+    found: FloatArray = np.abs(np.exp(-1j * angle).T @ (columns - np.mean(columns, axis=0))) * (2.0 / len(columns))
+    return found
 
 
 def mesh_orders(trochoid: Trochoid) -> FloatArray:

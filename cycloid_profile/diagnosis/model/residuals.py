@@ -110,7 +110,7 @@ class Residuals:
         if self.recording.kind is PROFILE_SCAN:
             return np.zeros((self.residual.size, 0))
         grown = load_error(self.reducer, self.first_order)
-        return np.hstack([grown, order_error(self.reducer, self.recording, self.position)])
+        return np.hstack([grown, order_error(self.reducer, self.recording, self.position, self.first_order, grown)])
 
     @cached_property
     def path_error(self) -> FloatArray:

@@ -16,6 +16,7 @@ import numpy as np
 
 from cycloid_profile.arrays import ComplexArray, FloatArray
 from cycloid_profile.diagnosis.data.noise import SCATTER_OF_ESTIMATE, sidak
+from cycloid_profile.diagnosis.model._model_error import symmetric_orders
 from cycloid_profile.diagnosis.model.candidate import Candidate
 from cycloid_profile.diagnosis.model.chatter_spectrum import (
     AS_GOOD,
@@ -38,7 +39,6 @@ _ROUGHLY, _CLOSELY = np.arange(-2, 3) / 5.0, np.arange(-25, 26) / 50.0
 _OFF_LOBES = (
     2.5  # waves: multiples of the lobe number are tooth form, also with once or twice per revolution modulation
 )
-_OF_MESH = 3  # multiples of the mesh order
 _GAIN = 2.0  # of chi²: least gain for a change of the number of waves
 _AT_ONCE = 2_000_000  # pairs of pins
 # Least independence of cosine and sine; below it one of them replaces both.
@@ -210,9 +210,8 @@ def unscanned(blocks: Sequence[Whitened]) -> list[int]:
 
 
 def _mesh(block: Whitened) -> FloatArray:
-    """Columns of the mesh order and its multiples: form of all lobes, loads and compliances."""
-    trochoid = block.residuals.reducer.case.drive.trochoid
-    angle = trochoid.lobes * trochoid.pins * np.outer(block.residuals.position, 1.0 + np.arange(_OF_MESH))
+    """Columns of the ripple that equal lobes, pins and cranks leave: form of all lobes, loads and compliances."""
+    angle = np.outer(block.residuals.position, symmetric_orders(block.residuals.reducer))
     return block.white(np.hstack([np.cos(angle), np.sin(angle)]))
 
 
