@@ -26,8 +26,7 @@ from cycloid_profile.units import NEWTON_METRE
 _NEAR, _FAR = 1.0, 4.0  # pin pitches over which the coupling of neighbouring pins by the disc decays
 _STICKS = (0.5, 1.0)  # of the torque over which friction sticks after a reversal: others slip at once, or sooner
 _WHOLE_LOOP = 2.0  # of the largest torque
-_SYMMETRIC = 3  # multiples of the orders of a reducer of equal parts: further ones are smaller
-_MULTIPLES = 6  # of lobes and pins: amplitudes fall with the harmonic
+_MULTIPLES = 6  # of lobes, pins and their product: amplitudes fall with the harmonic
 _LOW_ORDERS = 12  # of a smooth error of a turn
 
 
@@ -122,9 +121,11 @@ def order_error(
     if not recording.kind.over_output_turn:
         return np.zeros((position.size, 0))
     trochoid = reducer.case.drive.trochoid
-    orders = mesh_orders(trochoid)
+    of_mesh = mesh_orders(trochoid)
+    orders = np.union1d(of_mesh, symmetric_orders(reducer, _MULTIPLES))
     angle = np.outer(position, orders)
-    width = np.hypot(recording.accuracy, np.linalg.norm(_ripple(grown, angle), axis=1))
+    accuracy = np.where(np.isin(orders, of_mesh), recording.accuracy, 0.0)
+    width = np.hypot(accuracy, np.linalg.norm(_ripple(grown, angle), axis=1))
     if reducer.case.disc_bodies:
         # Equal lobes and pins have no ripple but at multiples of their product: the rest is that of the bodies.
         of_bodies = orders % (trochoid.lobes * trochoid.pins) > 0.0
@@ -134,14 +135,14 @@ def order_error(
     return found
 
 
-def symmetric_orders(reducer: AsBuiltReducer) -> FloatArray:
-    """Orders per turn at which a reducer of equal parts can have a ripple.
+def symmetric_orders(reducer: AsBuiltReducer, multiples: int) -> FloatArray:
+    """Orders per turn at which a reducer of equal parts can have a ripple, and their ``multiples``.
 
     Equal bearings are equally stiff in all directions; holes for cranks make an elastic disc softer in some.
     """
     lobes, pins = reducer.case.drive.trochoid.lobes, reducer.case.drive.trochoid.pins
     parts = [lobes, reducer.cranks] if reducer.case.disc_bodies and reducer.cranks else [lobes]
-    return np.unique(np.outer(parts, pins * np.arange(1.0, _SYMMETRIC + 1.0)))
+    return np.unique(np.outer(parts, pins * np.arange(1.0, multiples + 1.0)))
 
 
 def _ripple(columns: FloatArray, angle: FloatArray) -> FloatArray:

@@ -39,6 +39,7 @@ _ROUGHLY, _CLOSELY = np.arange(-2, 3) / 5.0, np.arange(-25, 26) / 50.0
 _OFF_LOBES = (
     2.5  # waves: multiples of the lobe number are tooth form, also with once or twice per revolution modulation
 )
+_OF_MESH = 3  # multiples of orders of the mesh that are fitted freely: more would hide waves that alias to them
 _GAIN = 2.0  # of chi²: least gain for a change of the number of waves
 _AT_ONCE = 2_000_000  # pairs of pins
 # Least independence of cosine and sine; below it one of them replaces both.
@@ -211,7 +212,7 @@ def unscanned(blocks: Sequence[Whitened]) -> list[int]:
 
 def _mesh(block: Whitened) -> FloatArray:
     """Columns of the ripple that equal lobes, pins and cranks leave: form of all lobes, loads and compliances."""
-    angle = np.outer(block.residuals.position, symmetric_orders(block.residuals.reducer))
+    angle = np.outer(block.residuals.position, symmetric_orders(block.residuals.reducer, _OF_MESH))
     return block.white(np.hstack([np.cos(angle), np.sin(angle)]))
 
 
