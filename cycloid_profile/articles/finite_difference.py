@@ -33,7 +33,7 @@ _SEED = 1
 _BEARING_PLAY = 5.0 * UM
 _LIGHT_TORQUE_SHARE = 1e-3
 _LEAD = 1e-5  # rad; small against every tooth, large against rounding
-_REMEDY = "check the modification amounts"
+_REMEDY = "bring modification.equidistant_um and radial_moving_um nearer to zero"
 
 
 @dataclass(frozen=True, slots=True)

@@ -100,7 +100,7 @@ def compensate(
                 "load sharing",
                 sharing.solver,
                 f"ended with '{sharing.status.value}'",
-                "check the modification amounts and the torque",
+                "bring modification.equidistant_um, radial_moving_um and the torque nearer to zero",
             )
         change = abs(sharing.delta_max - delta_max)
         delta_max = sharing.delta_max

@@ -23,8 +23,11 @@ class SolveStatus(Enum):
 
     CONVERGED = "converged"
     INTERFERENCE = "pin and disc overlap before any load: raise the clearance"
-    NO_CONTACT = "no first touch was found: check the modification amounts"
-    NOT_CONVERGED = "stopped at the step limit before converging: check the modification amounts"
+    NO_CONTACT = "no first touch was found: bring modification.equidistant_um and radial_moving_um nearer to zero"
+    NOT_CONVERGED = (
+        "stopped at the step limit before converging: "
+        "bring modification.equidistant_um and radial_moving_um nearer to zero"
+    )
     LOST = "ran off to where no contact is: check torque, bearing stiffness and play"
 
 

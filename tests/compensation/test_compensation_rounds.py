@@ -153,7 +153,7 @@ def test_failed_load_solve_ends_it(case):
     with pytest.raises(SolveError, match="load sharing = classical ended with 'stopped at the step limit") as caught:
         compensate(case, Classical(max_iterations=1))
     assert caught.value.exit_code == 1
-    assert caught.value.remedy == "check the modification amounts and the torque"
+    assert caught.value.remedy == "bring modification.equidistant_um, radial_moving_um and the torque nearer to zero"
 
 
 def test_interference_before_any_compensation_is_a_failed_solve(rv40e, rated_torque):

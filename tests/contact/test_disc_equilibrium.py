@@ -169,7 +169,7 @@ def test_missing_touch_is_reported(rv40e, rated_torque, monkeypatch):
     monkeypatch.setattr("cycloid_profile.contact.mesh.touch._MAX_STEPS", 1)
     result = solved(rv40e, rated_torque, Equidistant(0.006))
     assert result.status is SolveStatus.NO_CONTACT
-    assert "check the modification amounts" in result.status.value
+    assert "bring modification.equidistant_um and radial_moving_um nearer to zero" in result.status.value
 
 
 def test_torque_no_contact_law_covers_does_not_pass_for_an_answer(rv40e):

@@ -200,7 +200,13 @@ def large() -> Iterator[Case]:
         yield Case(f"stated noise {noise}", ("diagnose", "spec.toml", "t.csv"), r"t\.csv: noise_arcsec.*check its unit",
                    files={"t.csv": turn.format(noise)})  # fmt: skip
     tight = changed("equidistant_um = 6.0", "equidistant_um = -100.0")
-    yield Case("pins that are 100 µm too tight", ("accuracy", "spec.toml"), "check the modification amounts", 1, tight)
+    yield Case(
+        "pins that are 100 µm too tight",
+        ("accuracy", "spec.toml"),
+        "bring modification.equidistant_um and radial_moving_um nearer to zero",
+        1,
+        tight,
+    )
     words = ("diagnose", "spec.toml", "d.csv", "--against=d.csv")
     yield Case("a file against itself", words, "rows are those of d.csv", files={"d.csv": SCAN})
     for command in ("compare", "diagnose", "correct", "inspect"):

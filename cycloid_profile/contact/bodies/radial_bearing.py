@@ -155,7 +155,7 @@ class RollerBearing:
         from cycloid_profile.contact.bodies._bearing_kernels import bearing_responses
 
         length, free = np.broadcast_arrays(np.asarray(displacement, dtype=np.float64), np.asarray(play, np.float64))
-        found = bearing_responses(self.compiled(), free.ravel(), length.ravel())
+        found = bearing_responses(self.compiled(), free.flatten(), length.flatten())
         return BearingResponse(*(one.reshape(length.shape) for one in found))
 
     def displacement(self, force: ArrayLike, play: ArrayLike) -> FloatArray:
@@ -163,7 +163,7 @@ class RollerBearing:
         from cycloid_profile.contact.bodies._bearing_kernels import displacements
 
         load, free = np.broadcast_arrays(np.asarray(force, dtype=np.float64), np.asarray(play, np.float64))
-        found: FloatArray = displacements(self.compiled(), free.ravel(), load.ravel())
+        found: FloatArray = displacements(self.compiled(), free.flatten(), load.flatten())
         return found.reshape(load.shape)
 
     def softened(self, compliance: float) -> RollerBearing:

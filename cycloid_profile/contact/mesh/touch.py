@@ -129,7 +129,11 @@ def _settled_touch(profile: ToothProfile, drive: Drive, meshing: Meshing, direct
     touch = first_touch(profile, drive.pin_radius, meshing, direction)
     if not np.all(touch.settled):
         raise SolveError(
-            "first touch", "not found", f"within {_MAX_STEPS} steps", "check the modification amounts", " "
+            "first touch",
+            "not found",
+            f"within {_MAX_STEPS} steps",
+            "bring modification.equidistant_um and radial_moving_um nearer to zero",
+            " ",
         )
     return touch.rotation
 

@@ -227,7 +227,7 @@ def _touched(
 ) -> tuple[FloatArray, Gaps]:
     touch = first_touch(tooth, pin_radius, meshing, direction)
     if not np.all(touch.settled):
-        remedy = "check the modification amounts, or take smaller effects"
+        remedy = "bring modification.equidistant_um and radial_moving_um nearer to zero, or take smaller effects"
         raise SolveError("first touch", "not found", "at some pose", remedy, " ")
     return touch.rotation, touch.gaps
 
