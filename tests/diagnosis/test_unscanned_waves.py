@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.linalg import block_diag, cholesky, solve_triangular
 
 from cycloid_profile.design import as_built_reducer
 from cycloid_profile.diagnosis import diagnose
@@ -62,20 +63,24 @@ def mesh_orders(block: Whitened) -> np.ndarray:
 
 
 def fall(blocks: list[Whitened], known: list[np.ndarray], wave: list[np.ndarray]) -> float:
-    """Fall of chi² by a wave given the known effects, by least squares over all rows."""
-    of_file = [np.hstack([block.nuisance[:, : block.known], mesh_orders(block)]) for block in blocks]
-    nuisance = np.zeros((sum(len(b.z) for b in blocks), sum(own.shape[1] for own in of_file)))
-    row = column = 0
-    for own in of_file:
-        nuisance[row : row + len(own), column : column + own.shape[1]] = own
-        row, column = row + len(own), column + own.shape[1]
-    z, before = np.concatenate([b.z for b in blocks]), np.hstack([nuisance, np.concatenate(known)])
+    """Fall of chi² by a wave given the known effects, by least squares over all rows and their whole covariance."""
+    free = [np.hstack([block.nuisance[:, : block.known], mesh_orders(block)]) for block in blocks]
+    error = block_diag(*(b.nuisance[:, b.known : b.known + b.residuals.model_error.shape[1]] for b in blocks))
+    root = cholesky(np.eye(len(error)) + error @ error.T, lower=True)
+    z, before, more = (
+        solve_triangular(root, values, lower=True)
+        for values in (
+            np.concatenate([b.z for b in blocks]),
+            np.hstack([block_diag(*free), np.concatenate(known)]),
+            np.concatenate(wave),
+        )
+    )
 
     def left(A: np.ndarray) -> float:
         scale = np.maximum(np.linalg.norm(A, axis=0), 1e-300)
         return float(np.sum((z - A @ (np.linalg.lstsq(A / scale, z, rcond=1e-9)[0] / scale)) ** 2))
 
-    return left(before) - left(np.hstack([before, np.concatenate(wave)]))
+    return left(before) - left(np.hstack([before, more]))
 
 
 @pytest.mark.parametrize("rho", [0.0, 0.5], ids=["white", "coloured"])

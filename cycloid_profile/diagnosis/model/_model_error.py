@@ -26,7 +26,9 @@ from cycloid_profile.units import NEWTON_METRE
 _NEAR, _FAR = 1.0, 4.0  # pin pitches over which the coupling of neighbouring pins by the disc decays
 _STICKS = (0.5, 1.0)  # of the torque over which friction sticks after a reversal: others slip at once, or sooner
 _WHOLE_LOOP = 2.0  # of the largest torque
-_MULTIPLES = 6  # of lobes, pins and their product: amplitudes fall with the harmonic
+_MULTIPLES = 6  # of lobes and pins: amplitudes fall with the harmonic
+_PRODUCTS = 3  # multiples of the product of lobes and pins
+_SEEN = 0.3  # standard errors: an order of less width changes no result
 _LOW_ORDERS = 12  # of a smooth error of a turn
 
 
@@ -113,36 +115,27 @@ def _whole_twist(curve: LinearisedCurve) -> float:
 def order_error(
     reducer: AsBuiltReducer, recording: Recording, position: FloatArray, curve: LinearisedCurve, grown: FloatArray
 ) -> FloatArray:
-    """Cosine and sine of the orders of mesh in a curve over a turn, shape (rows, columns).
+    """Cosine and sine of the orders at which a reducer of equal parts can have a ripple, shape (rows, columns).
 
-    Their width is the accuracy of an order and the ripple of the errors that grow with the load, ``grown``, shape
-    (rows, errors): contact laws and bodies change the ripple of each order by a factor of its own.
+    Equal lobes and pins have one at multiples of their product. Holes for cranks and bolts make an elastic disc softer
+    in some directions, so that it has one at all multiples of the pins. The width is the ripple of the errors that grow
+    with the load, ``grown``, shape (rows, errors), since laws and bodies change each order by a factor of its own; with
+    it, of the product the accuracy of an order, of the bodies their whole ripple.
     """
     if not recording.kind.over_output_turn:
         return np.zeros((position.size, 0))
-    trochoid = reducer.case.drive.trochoid
-    of_mesh = mesh_orders(trochoid)
-    orders = np.union1d(of_mesh, symmetric_orders(reducer, _MULTIPLES))
-    angle = np.outer(position, orders)
-    accuracy = np.where(np.isin(orders, of_mesh), recording.accuracy, 0.0)
-    width = np.hypot(accuracy, np.linalg.norm(_ripple(grown, angle), axis=1))
-    if reducer.case.disc_bodies:
-        # Equal lobes and pins have no ripple but at multiples of their product: the rest is that of the bodies.
-        of_bodies = orders % (trochoid.lobes * trochoid.pins) > 0.0
-        predicted = np.nan_to_num(curve.prediction.on_last_flank)[:, np.newaxis]
-        width = np.hypot(width, np.where(of_bodies, _ripple(predicted, angle)[:, 0], 0.0))
-    found: FloatArray = np.tile(width, 2) * np.hstack([np.cos(angle), np.sin(angle)])
-    return found
-
-
-def symmetric_orders(reducer: AsBuiltReducer, multiples: int) -> FloatArray:
-    """Orders per turn at which a reducer of equal parts can have a ripple, and their ``multiples``.
-
-    Equal bearings are equally stiff in all directions; holes for cranks make an elastic disc softer in some.
-    """
     lobes, pins = reducer.case.drive.trochoid.lobes, reducer.case.drive.trochoid.pins
-    parts = [lobes, reducer.cranks] if reducer.case.disc_bodies and reducer.cranks else [lobes]
-    return np.unique(np.outer(parts, pins * np.arange(1.0, multiples + 1.0)))
+    angle = np.outer(position, pins * np.arange(1.0, _PRODUCTS * lobes + 1.0))
+    # Rows at equal distances show some orders as others: each counts once, the product first.
+    rank = np.argsort(np.arange(1, angle.shape[1] + 1) % lobes > 0, kind="stable")
+    first = rank[np.unique(np.round(np.cos(angle[:, rank]), 9), axis=1, return_index=True)[1]]
+    angle, of_product = angle[:, first], (first + 1) % lobes == 0
+    predicted = np.nan_to_num(curve.prediction.on_last_flank)[:, np.newaxis] * bool(reducer.case.disc_bodies)
+    known = np.where(of_product, recording.accuracy, _ripple(predicted, angle)[:, 0])
+    width = np.hypot(known, np.linalg.norm(_ripple(grown, angle), axis=1))
+    seen = width * np.sqrt(0.5 * position.size) > _SEEN * recording.noise.sigma
+    found: FloatArray = np.tile(width[seen], 2) * np.hstack([np.cos(angle[:, seen]), np.sin(angle[:, seen])])
+    return found
 
 
 def _ripple(columns: FloatArray, angle: FloatArray) -> FloatArray:

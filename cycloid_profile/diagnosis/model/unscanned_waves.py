@@ -16,7 +16,6 @@ import numpy as np
 
 from cycloid_profile.arrays import ComplexArray, FloatArray
 from cycloid_profile.diagnosis.data.noise import SCATTER_OF_ESTIMATE, sidak
-from cycloid_profile.diagnosis.model._model_error import symmetric_orders
 from cycloid_profile.diagnosis.model.candidate import Candidate
 from cycloid_profile.diagnosis.model.chatter_spectrum import (
     AS_GOOD,
@@ -25,7 +24,7 @@ from cycloid_profile.diagnosis.model.chatter_spectrum import (
     cosine_and_sine,
     off_lobes,
 )
-from cycloid_profile.diagnosis.model.whitened import Whitened
+from cycloid_profile.diagnosis.model.whitened import Whitened, diagonal
 from cycloid_profile.measurement import PROFILE_SCAN
 
 if TYPE_CHECKING:
@@ -39,7 +38,7 @@ _ROUGHLY, _CLOSELY = np.arange(-2, 3) / 5.0, np.arange(-25, 26) / 50.0
 _OFF_LOBES = (
     2.5  # waves: multiples of the lobe number are tooth form, also with once or twice per revolution modulation
 )
-_OF_MESH = 3  # multiples of orders of the mesh that are fitted freely: more would hide waves that alias to them
+_OF_MESH = 3  # multiples of the mesh order
 _GAIN = 2.0  # of chi²: least gain for a change of the number of waves
 _AT_ONCE = 2_000_000  # pairs of pins
 # Least independence of cosine and sine; below it one of them replaces both.
@@ -69,18 +68,14 @@ class UnscannedWaves:
     def __init__(self, blocks: Sequence[Whitened], members: Sequence[Candidate], disc: int | None) -> None:
         self.blocks = [block for block in blocks if block.residuals.recording.kind.over_output_turn]
         self.disc = disc
-        own = [np.hstack([block.nuisance[:, : block.known], _mesh(block)]) for block in self.blocks]
-        nuisances = [one.shape[1] for one in own]
-        fitted = [np.hstack([one, block.columns(members)]) for one, block in zip(own, self.blocks, strict=True)]
-        # Each file has its own zero, drift and mesh columns; the members are common.
-        columns = np.zeros((sum(len(one) for one in fitted), sum(nuisances) + 2 * len(members)))
-        row, first = 0, 0
-        for one, count in zip(fitted, nuisances, strict=True):
-            columns[row : row + len(one), first : first + count] = one[:, :count]
-            columns[row : row + len(one), sum(nuisances) :] = one[:, count:]
-            row, first = row + len(one), first + count
-        self._known = _basis(columns)
-        z = np.concatenate([block.z for block in self.blocks])
+        free = diagonal([np.hstack([block.nuisance[:, : block.known], _mesh(block)]) for block in self.blocks])
+        # Errors of the model have prior widths: rows of their own hold them to zero.
+        errors = diagonal([_model_errors(block) for block in self.blocks])
+        self._held = errors.shape[1]
+        named = np.concatenate([block.columns(members) for block in self.blocks])
+        below = np.zeros((self._held, free.shape[1] + named.shape[1]))
+        self._known = _basis(np.vstack([np.hstack([free, named, errors]), np.hstack([below, np.eye(self._held)])]))
+        z = np.concatenate([*(block.z for block in self.blocks), np.zeros(self._held)])
         self.z: FloatArray = z - self._known @ (self._known.T @ z)
 
     @property
@@ -93,7 +88,7 @@ class UnscannedWaves:
     @property
     def excess(self) -> float:
         """chi² above its number of rows, minus its scatter."""
-        rows = self.z.size
+        rows = int(self.z.size - self._held)
         return float(self.z @ self.z) - rows - 2.0 * math.sqrt((2.0 + SCATTER_OF_ESTIMATE) * rows)
 
     def strongest(self) -> list[Peak]:
@@ -150,7 +145,7 @@ class UnscannedWaves:
                 for k in range(1, grid.size):
                     waves[:, k] = waves[:, k - 1] * step
             shown.append(block.white(matrix @ waves))
-        return np.concatenate(shown)
+        return np.concatenate([*shown, np.zeros((self._held, grid.size))])
 
     def _spectrum(self) -> tuple[FloatArray, FloatArray]:
         """Approximate power in steps of half a wave: places rounded to cells, white noise, no other columns."""
@@ -210,9 +205,15 @@ def unscanned(blocks: Sequence[Whitened]) -> list[int]:
     return [j + 1 for j in range(blocks[0].residuals.reducer.discs) if j not in scanned]
 
 
+def _model_errors(block: Whitened) -> FloatArray:
+    """Errors of the model without those in the form of a member: the members are fitted freely."""
+    return block.nuisance[:, block.known : block.known + block.residuals.model_error.shape[1]]
+
+
 def _mesh(block: Whitened) -> FloatArray:
-    """Columns of the ripple that equal lobes, pins and cranks leave: form of all lobes, loads and compliances."""
-    angle = np.outer(block.residuals.position, symmetric_orders(block.residuals.reducer, _OF_MESH))
+    """Columns of the mesh order and its multiples: form of all lobes, loads and compliances."""
+    trochoid = block.residuals.reducer.case.drive.trochoid
+    angle = trochoid.lobes * trochoid.pins * np.outer(block.residuals.position, 1.0 + np.arange(_OF_MESH))
     return block.white(np.hstack([np.cos(angle), np.sin(angle)]))
 
 

@@ -47,7 +47,7 @@ class Whitened:
         self.z = np.concatenate([one.white(one.residuals.residual) for one in self._files])
         # Datum, zero and drift come first, then the errors of the model.
         self.known = sum(one.nuisance.shape[1] for one in files)
-        known = _diagonal([one.white(one.residuals.nuisance) for one in self._files])
+        known = diagonal([one.white(one.residuals.nuisance) for one in self._files])
         self.nuisance = np.hstack([known, *self._model_errors(members, u)])
         # Nuisances may be nearly parallel and far larger than the noise: normal equations would lose their digits.
         count = self.nuisance.shape[1]
@@ -68,7 +68,7 @@ class Whitened:
             shared += [[one.residuals.branch_error(peak) for one in files]]
             shared += [[one.residuals.branch_error(peak, members, u) for one in files]]
             shared += [[one.residuals.unnamed_error for one in files]]
-        rows = _diagonal([one.white(one.residuals.row_error) for one in files])
+        rows = diagonal([one.white(one.residuals.row_error) for one in files])
         white = [[one.white(columns) for one, columns in zip(files, some, strict=True)] for some in shared]
         return [rows, *(_stacked(some) for some in white)]
 
@@ -120,7 +120,7 @@ def _stacked(columns: Sequence[FloatArray]) -> FloatArray:
     return np.vstack([np.pad(one, ((0, 0), (0, width - one.shape[1]))) for one in columns])
 
 
-def _diagonal(columns: Sequence[FloatArray]) -> FloatArray:
+def diagonal(columns: Sequence[FloatArray]) -> FloatArray:
     """Columns of each file alone."""
     if len(columns) == 1:
         return columns[0]

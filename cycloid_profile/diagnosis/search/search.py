@@ -286,7 +286,7 @@ class _Stage:
     def _linear_and_finite(self, model: ExactModel, fit: Fit) -> list[Proposal]:
         """Sets that linear equations propose about an optimum, and about no effect those of finite size."""
         equations = equations_about(model, self.library, fit.optimum)
-        anchored = model.only_loops or model.is_comparison
+        anchored = not model.only_scans or model.is_comparison
         found = linear_proposals(equations, self.library, fit.optimum, fit.offsets, anchored)
         if fit.optimum.members:
             return found
