@@ -42,6 +42,7 @@ from cycloid_profile.tolerance.study import (
     Workers,
     Yield,
     compare_designs,
+    require_equilibria,
     run,
     summarise,
 )
@@ -215,6 +216,8 @@ def tolerance_record(
     ------
     SpecError, GeometryError, LoadError
         If the drive or a tolerance is impossible.
+    SolveError
+        If more than 1 % of the reducers drawn have no equilibrium.
     AllocationError
         If no tolerances within their bounds reach the yield.
     ToleranceError
@@ -235,10 +238,11 @@ def tolerance_record(
     draws = Draws(tolerances, t.seed, SEQUENCES[t.sequence], t.batch_size)
     many = Study(reducer, draws, (BACKLASH,), t.samples)
     stores = [run(many, folder / "backlash", workers, lambda text: progress(f"backlash: {text}"))]
+    summaries = [_summary(stores[0], limits)]
     if t.loaded_samples:
         fewer = Study(reducer, draws, tuple(QUANTITIES), t.loaded_samples, _CHUNK_LOADED)
         stores.append(run(fewer, folder / "loaded", workers, lambda text: progress(f"under load: {text}")))
-    summaries = [summarise(store, limits) for store in stores]
+        summaries.append(_summary(stores[1], limits))
     study = stores[-1].study
     nominal = study.quantity_model.of(np.zeros((1, len(study.changes))))[0]
     return ToleranceRecord(
@@ -253,6 +257,12 @@ def tolerance_record(
         advice=tightening_advice([store.study for store in stores], limits, progress, (t.sobol_samples, t.sobol_width)),
         allocation=_allocated(spec, many, limits, progress) if allocated else None,
     )
+
+
+def _summary(store: Store, limits: Sequence[Limit]) -> StudySummary:
+    found = summarise(store, limits)
+    require_equilibria(max(one.spread.lost for one in found.quantities), found.samples)
+    return found
 
 
 def study_needs(spec: Spec) -> tuple[Need, ...]:

@@ -98,3 +98,14 @@ def test_the_example_with_loads_and_the_published_claim(tmp_path: Path, capsys: 
     by_quantity = {one["quantity"]: one for one in result["compared"]}
     assert by_quantity["backlash_arcmin"]["ratio_of_deviations"] == pytest.approx(1.0, abs=0.01)
     assert {one["name"] for one in result["quantities"]} >= {"lost_motion_arcmin", "peak_pressure_mpa"}
+
+
+@pytest.mark.slow
+def test_reducers_that_cannot_be_assembled_end_the_study(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Before the ranking of the tolerances, which takes longest."""
+    spec = spec_with(tmp_path, "[tolerance]\nsamples = 100\nloaded_samples = 8\n" + PINS.replace("1.0", "1000.0"))
+    assert run(["tolerance", str(spec), "--out", str(tmp_path / "out")]) == 1
+    errors = capsys.readouterr().err
+    assert "of 8 are too many to omit: narrow the tolerances" in errors
+    assert "halved" not in errors
+    assert not (tmp_path / "out" / "report.html").exists()

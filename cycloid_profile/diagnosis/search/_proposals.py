@@ -60,8 +60,8 @@ def linear_proposals(
     """
     base = library.places(optimum.members)
     scored = {one for move in _moves(equations, library, base) for one in _best(equations, library, move)}
-    # Linear evidence is in units of the error of the model at this optimum. Where that error is large, only changes of
-    # evidence compare with other optima; elsewhere the plain value is the stricter one.
+    # Linear evidence is in units of the error of the model at this optimum. In curves that error grows with the
+    # effects, so that only changes of evidence compare with other optima; in scans the plain value is the stricter one.
     level = optimum.log_evidence - linear_evidence(equations, library.priors, base) if anchored else 0.0
     return [
         Proposal(library.members(one.members), estimate(equations, one.members)[0], offsets, level + one.log_evidence)

@@ -16,12 +16,10 @@ import numpy as np
 
 from cycloid_profile._display import Described, frame
 from cycloid_profile.arrays import FloatArray, IntArray
-from cycloid_profile.errors import SolveError
-from cycloid_profile.tolerance.study import Draws, Interval, Study, generator, on_all_cores
+from cycloid_profile.tolerance.study import Draws, Interval, Study, generator, on_all_cores, require_equilibria
 
 _BOOTSTRAP = 2  # purpose of a stream of random numbers, next to those of ``draws``
 _FIRST_SAMPLES = 128
-_LOST_SHARE = 0.01  # of the reducers, without equilibrium, that may be omitted
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,9 +186,7 @@ def _shares(
     answered = np.all(np.isfinite(f_A), axis=0) & np.all(np.isfinite(f_B), axis=0)
     answered &= np.all(np.isfinite(f_AB), axis=(0, 1))
     lost = int(np.sum(~answered))
-    if lost > _LOST_SHARE * samples:
-        raise SolveError("reducers without equilibrium", f"{lost} of {samples}", "are too many to omit",
-                         "narrow the tolerances until the discs can be assembled")  # fmt: skip
+    require_equilibria(lost, samples)
     # Others that were drawn take the places of the few that are lost, so that the count stays a power of two.
     kept = np.flatnonzero(answered)
     chosen = np.concatenate([kept, kept[:lost]])

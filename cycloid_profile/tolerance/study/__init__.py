@@ -16,6 +16,7 @@ from cycloid_profile.tolerance.study.store import Store as Store
 from cycloid_profile.tolerance.study.summary import QuantitySummary as QuantitySummary
 from cycloid_profile.tolerance.study.summary import StudySummary as StudySummary
 from cycloid_profile.tolerance.study.summary import Yield as Yield
+from cycloid_profile.tolerance.study.summary import require_equilibria as require_equilibria
 from cycloid_profile.tolerance.study.summary import summarise as summarise
 from cycloid_profile.tolerance.study.workers import Cluster as Cluster
 from cycloid_profile.tolerance.study.workers import ParallelQuantities as ParallelQuantities

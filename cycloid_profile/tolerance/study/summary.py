@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from cycloid_profile._display import Described, frame
+from cycloid_profile.errors import SolveError
 from cycloid_profile.tolerance.inputs import Limit, within
 from cycloid_profile.tolerance.study.statistics import (
     CONFIDENCE,
@@ -23,6 +24,7 @@ from cycloid_profile.tolerance.study.statistics import (
 )
 from cycloid_profile.tolerance.study.store import Store
 
+_LOST_SHARE = 0.01  # of the reducers, without equilibrium, that may be omitted
 PERCENTS = (1.0, 5.0, 50.0, 95.0, 99.0, 99.73)
 
 
@@ -72,6 +74,17 @@ class StudySummary(Described):
             high = one.percentiles[99.0].value
             figures[one.name] = f"{one.mean.value:.4g} ± {one.spread.deviation:.2g}, 99 % below {high:.4g}"
         return figures | {f"yield, {one.limit or 'all limits'}": percent(one.share) for one in self.yields}
+
+
+def require_equilibria(lost: int, reducers: int) -> None:
+    """Raise ``SolveError`` if more than 1 % of the drawn reducers have no equilibrium: they cannot be assembled."""
+    if lost > _LOST_SHARE * reducers:
+        raise SolveError(
+            "reducers without equilibrium",
+            f"{lost:,} of {reducers:,}",
+            "are too many to omit",
+            "narrow the tolerances until the discs can be assembled",
+        )
 
 
 def summarise(store: Store, limits: Sequence[Limit]) -> StudySummary:
