@@ -70,7 +70,7 @@ def terminal(command: str, scratch: Path) -> Image.Image:
 
     text = f"$ cycloid-profile {command}\n{printed(*command.split(), '-q', folder=scratch)}".rstrip()
     console = Console(record=True, width=COLUMNS, file=io.StringIO())
-    console.print(Text(text))
+    console.print(Text.from_ansi(text))
     page = scratch / "terminal.svg"
     page.write_text(console.export_svg(title="80 columns", theme=DEFAULT_TERMINAL_THEME), encoding="utf-8")
     return photograph(page.as_uri(), 994, 66 + round(24.4 * (text.count("\n") + 1)), scratch)
