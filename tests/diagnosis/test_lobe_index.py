@@ -82,9 +82,6 @@ def test_a_scan_indexed_180_degrees_off_is_corrected_given_the_oval(reducer):
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(
-    reason="the search moves the lobe index by linear equations only, in which errors of all discs cancel"
-)
 def test_effects_of_a_scan_are_tried_with_every_lobe_index(reducer):
     """A pitch error of both discs cancels on the bench to first order, next to another effect there."""
     machine = PinRingOval(amplitude_um=2.0, phase_deg=20.0).apply(
