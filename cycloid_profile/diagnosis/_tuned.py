@@ -24,3 +24,6 @@ LINEAR_ERROR, LINEAR_ERROR_ON_ALL_ROWS = 0.02, 0.002
 MOST_EFFECTS = 5  # of a set: with two expected, one reducer in sixty has more; what needs more is no explanation
 DETERMINED = 2.0  # standard deviations from zero: a member below adds no name, only the error of its form
 FINITE = 12  # single effects fitted from a finite size
+
+# Orders of a turn.
+LOW_ORDERS = 12  # up to here a wave is a form error, of clamping or of runout; more waves are chatter

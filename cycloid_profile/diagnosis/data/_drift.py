@@ -14,13 +14,13 @@ import numpy as np
 from numpy.polynomial.legendre import legvander
 
 from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
+from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.data.noise import Noise, run_starts
 
 # Significance of a drift, in standard errors: one file in 80 without a drift gets the column.
 _SIGNIFICANT = 2.5
 _SIGNIFICANT_WAVE = 14.0  # of chi²: one in 1,000 for one order
 _WIDTH = 2.0  # times the estimate
-_ORDERS = 12  # round the turn, as in the detection
 _LEAST_SPAN = 0.9  # of a turn
 _APART = 0.01  # share of the drift that repeating effects must leave
 _DEGREES = 4  # of the path of a drift in time: a drift is smooth
@@ -42,7 +42,7 @@ def turn_drift(residual: FloatArray, angle: FloatArray, noise: Noise, orders: Se
     columns = [np.ones((residual.size, 1))]
     # Orders above half the rows alias to lower ones.
     columns += [_wave(angle, k) for k in dict.fromkeys([1, 2, *orders]) if k < residual.size / 4]
-    further = [_wave(angle, k) for k in range(3, _ORDERS + 1)]
+    further = [_wave(angle, k) for k in range(3, tuned.LOW_ORDERS + 1)]
     return _width(residual, np.hstack(columns), further, noise, np.arange(residual.size))
 
 
@@ -146,7 +146,7 @@ def _width(
         return 0.0
     amount = float(own @ left) / energy
     # Slow effects that the columns do not describe raise the error above that of the noise; lines elsewhere do not.
-    slow = np.abs(np.fft.rfft(left - amount * own))[_ORDERS + 1 : 5 * _ORDERS] ** 2 / residual.size
+    slow = np.abs(np.fft.rfft(left - amount * own))[tuned.LOW_ORDERS + 1 : 5 * tuned.LOW_ORDERS] ** 2 / residual.size
     level = float(np.median(slow)) / math.log(2.0) if slow.size else 1.0
     error = math.sqrt(max(level, 1.0) / energy)
     return _WIDTH * abs(amount) if abs(amount) > _SIGNIFICANT * error else 0.0

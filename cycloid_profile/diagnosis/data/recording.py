@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
+from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.data._drift import loop_drift, origin_drift, turn_drift
 from cycloid_profile.diagnosis.data._smooth_forms import forms_of_scan, waves
 from cycloid_profile.diagnosis.data.noise import Noise, estimate_noise, gross_errors, local_noise, run_starts
@@ -49,7 +50,6 @@ _LOOP_BLOCK = 5  # rows
 _HELD_OUT = 5  # one block in five
 # Rows of a scan from which neighbours are averaged: 0.02 mm on the flank of an RV-40E, a tenth of a contact width.
 MOST_ROWS = 20_000
-_BENT = 12  # waves round the turn of a disc bent by its clamping, as in the detection
 _GAP = 2.0  # times the usual length of a group: larger gaps separate groups
 FEW_LOBES = 0.5  # share of the lobes: fewer show no waves round the disc
 _SMOOTHED = 0.85  # correlation of neighbours that no reading of a loop has
@@ -188,7 +188,9 @@ def _scan_recording(reducer: AsBuiltReducer, measurement: Measurement, disc: int
     forms = forms_of_scan(tooth, along[rows], placed.lobe[rows], placed.foot[rows])
     # A disc bent by its clamping varies faster round the turn, but passes from lobe to lobe without a step.
     lobes = tooth.trochoid.lobes
-    forms = np.hstack([forms, waves([k * along[rows] / lobes for k in range(3, min(lobes // 2, _BENT) + 1)])])
+    forms = np.hstack(
+        [forms, waves([k * along[rows] / lobes for k in range(3, min(lobes // 2, tuned.LOW_ORDERS) + 1)])]
+    )
     drift = origin_drift(placed.removal[rows] / UM, placed.normal[rows], rows, forms, noise)
     if drift:
         notes.append("the origin drifts from the first point to the last; its path is fitted with the effects")

@@ -29,7 +29,6 @@ _WHOLE_LOOP = 2.0  # of the largest torque
 _MULTIPLES = 6  # of lobes and pins: amplitudes fall with the harmonic
 _PRODUCTS = 3  # multiples of the product of lobes and pins
 _SEEN = 0.3  # standard errors: an order of less width changes no result
-_LOW_ORDERS = 12  # of a smooth error of a turn
 
 
 def load_error(reducer: AsBuiltReducer, curve: LinearisedCurve) -> FloatArray:
@@ -161,7 +160,7 @@ def smooth_columns(
     """
     if recording.kind is PROFILE_SCAN:
         return forms_of_scan(reducer.case.profile, position, lobe, phase)
-    orders = np.unique([*np.arange(1.0, _LOW_ORDERS + 1.0), *mesh_orders(reducer.case.drive.trochoid)])
+    orders = np.unique([*np.arange(1.0, tuned.LOW_ORDERS + 1.0), *mesh_orders(reducer.case.drive.trochoid)])
     return waves([*np.outer(position, orders).T])
 
 

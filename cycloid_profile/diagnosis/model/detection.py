@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray
+from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.data.noise import SCATTER_OF_ESTIMATE, sidak, upper_tail
 from cycloid_profile.diagnosis.model._model_error import mesh_orders
 from cycloid_profile.diagnosis.model.candidate import Candidate, places
@@ -29,7 +30,6 @@ from cycloid_profile.units import DEGREE
 FALSE_ALARM = 0.005  # of a whole diagnosis: one in 200 without an effect raises an alarm
 _WINDOWS = (4, 12, 40, 120)  # rows, each about three times the one before
 _PHASE_BINS = 24  # of 15° of ψ
-_LOW_ORDERS = 12  # form errors; more waves are chatter
 # The simulation error may be larger in the amplitude of a wave, and larger still at one place, than over a file.
 _WAVE_LIMIT = math.sqrt(2.0)
 _LOCAL_LIMIT = 5.0  # times the accuracy, which is a root mean square over the file
@@ -171,10 +171,12 @@ def _block_findings(block: Whitened, z: FloatArray) -> list[Finding]:
         edges = np.asarray(np.where(edges >= 180.0, edges - 360.0, edges), dtype=np.float64)
         found.append(_bins(replace(base, coordinate="psi_deg"), z, bins, edges, step, sigma))
         t = (position - np.pi) / lobes
-        found.append(_orders(replace(base, coordinate="waves per turn"), block, t, np.arange(1.0, _LOW_ORDERS + 1.0)))
+        found.append(
+            _orders(replace(base, coordinate="waves per turn"), block, t, np.arange(1.0, tuned.LOW_ORDERS + 1.0))
+        )
     elif recording.kind is not HYSTERESIS:
         trochoid = block.residuals.reducer.case.drive.trochoid
-        orders = np.unique([*np.arange(1.0, _LOW_ORDERS + 1.0), *mesh_orders(trochoid)])
+        orders = np.unique([*np.arange(1.0, tuned.LOW_ORDERS + 1.0), *mesh_orders(trochoid)])
         found.append(_orders(replace(base, coordinate="order"), block, position, orders))
     limits = {"waves per turn": _WAVE_LIMIT, "order": _WAVE_LIMIT, "psi_deg": 2.0, "file": 1.0}
     return [
