@@ -10,6 +10,7 @@ import numpy as np
 from cycloid_profile.arrays import ArrayLike, FloatArray
 from cycloid_profile.contact.mesh import finite_angles
 from cycloid_profile.errors import LoadError
+from cycloid_profile.units import NEWTON_METRE
 
 Result = TypeVar("Result")
 BLOCK = 256  # poses; the arrays of one block and its temporaries fit a second-level cache
@@ -40,7 +41,7 @@ def poses_and_torques(crank_angle: ArrayLike, torque: ArrayLike) -> tuple[FloatA
     if np.any(bad):
         raise LoadError(
             "torque",
-            f"{T[bad][0]} N·mm",
+            f"{T[bad][0] / NEWTON_METRE:g} N·m",
             "is zero or not finite",
             "give a load; the unloaded drive is what backlash is for",
         )

@@ -11,6 +11,7 @@ from cycloid_profile.contact.laws import STEEL, ContactLaw, LineContact, Materia
 from cycloid_profile.contact.mesh import Meshing, mesh_cycle
 from cycloid_profile.errors import LoadError
 from cycloid_profile.geometry import Cranks, Drive, ToothProfile
+from cycloid_profile.units import NEWTON_METRE
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +51,10 @@ class LoadCase:
     def __post_init__(self) -> None:
         if not math.isfinite(self.torque) or self.torque == 0.0:
             raise LoadError(
-                "torque", f"{self.torque} N·mm", "is zero or not finite", "give the torque the discs are designed for"
+                "torque",
+                f"{self.torque / NEWTON_METRE:g} N·m",
+                "is zero or not finite",
+                "give the torque the discs are designed for",
             )
         if not 0.0 < self.disc_share <= 1.0:
             raise LoadError(

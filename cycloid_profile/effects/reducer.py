@@ -79,12 +79,13 @@ class AsBuiltReducer(Described):
 
     @property
     def smaller_effects(self) -> str:
-        """Remedy of a reducer without equilibrium: which deviation to make smaller first."""
+        """Remedy of a reducer without equilibrium: the torque, or the deviation to make smaller first."""
         parts = ("pin_shift", "pin_oversize", "eccentric_shift", "bore_shift")
         sizes = {name: float(np.max(np.abs(getattr(self, name)), initial=0.0)) for name in parts}
         largest = max(sizes, key=lambda name: sizes[name])
-        first = f", first the {largest.replace('_', ' ')} of {sizes[largest] / UM:.4g} µm" if sizes[largest] else ""
-        return f"make the effects smaller{first}"
+        if not sizes[largest]:
+            return "lower the torque, or make the effects smaller"
+        return f"make the effects smaller, first the {largest.replace('_', ' ')} of {sizes[largest] / UM:.4g} µm"
 
     def angle_error(self, output_angle: FloatArray | float) -> FloatArray:
         """Error of the output angle by encoder and input, the same at every load [rad]."""

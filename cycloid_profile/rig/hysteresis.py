@@ -219,7 +219,7 @@ def loop_branches(torque: FloatArray, angle: FloatArray) -> tuple[Branch, Branch
     if not (sweeps[False] and sweeps[True]):
         raise MeasurementError(
             "torque of the loop",
-            f"{np.min(torque):.4g} to {np.max(torque):.4g} N·mm",
+            f"{np.min(torque) / NEWTON_METRE:.4g} to {np.max(torque) / NEWTON_METRE:.4g} N·m",
             "does not run from one end to the other and back",
             "measure 0 → +T → −T → +T",
         )

@@ -77,7 +77,7 @@ def register_scan(
     typical = float(distance[-1 - int(_SINGLE_POINTS * distance.size)])
     if not typical < LARGEST_DISTANCE:
         raise MeasurementError(
-            f"{measurement.name}: distance from the tooth",
+            f"{measurement.name or 'scan'}: distance from the tooth",
             f"{typical:.3f} mm",
             f"is more than {LARGEST_DISTANCE} mm",
             "check unit, tooth count and drive: this is a scan of another disc",

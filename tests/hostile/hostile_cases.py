@@ -134,6 +134,8 @@ def options() -> Iterator[Case]:
         ):
             for value in values:
                 yield Case(f"{kind} {option} {value}", (*simulate, kind, f"{option}={value}"), says)
+    yield Case("no torque", (*simulate, "lost_motion_map", "--torque-nm=0"), r"torque = 0 N·m is zero")
+    yield Case("huge torque", (*simulate, "hysteresis", "--torque-nm=1e9", "--points=30"), "lower the torque", 1)
     yield Case("kind", (*simulate, "profile"), "profile_scan")
     yield Case("disc 0", (*simulate, "profile_scan", "--disc=0"), "disc = 0")
     yield Case("disc 3", (*simulate, "profile_scan", "--disc=3"), "disc = 3")
