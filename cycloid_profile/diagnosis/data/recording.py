@@ -316,7 +316,7 @@ def _curve_recording(reducer: AsBuiltReducer, measurement: Measurement) -> Recor
         noise = local_noise(residual[rows], rows, measurement.stated_noise)
     drift = _drift(reducer, measurement, residual[rows], rows, noise)
     if drift:
-        notes.append("the rows drift from the first to the last; a line is fitted with the effects")
+        notes.append("the rows drift from the first to the last; their drift is fitted with the effects")
     held_out = block % _HELD_OUT == 2
     return Recording(measurement, 0, rows, held_out, noise, tuple(notes), predicted=predicted, drift=drift)
 
