@@ -26,4 +26,6 @@ DETERMINED = 2.0  # standard deviations from zero: a member below adds no name, 
 FINITE = 12  # single effects fitted from a finite size
 
 # Orders of a turn.
+PRODUCTS = 3  # multiples of lobes times pins at which equal parts leave a ripple: it falls with the multiple
+SEEN_ORDER = 0.3  # standard errors: a nuisance column of less width hides at most a twelfth of an amplitude
 LOW_ORDERS = 12  # up to here a wave is a form error, of clamping or of runout; more waves are chatter

@@ -155,6 +155,7 @@ class RollerBearing:
         from cycloid_profile.contact.bodies._bearing_kernels import bearing_responses
 
         length, free = np.broadcast_arrays(np.asarray(displacement, dtype=np.float64), np.asarray(play, np.float64))
+        # Copies: numpy 2.0 warns where numba asks whether a broadcast array can be written.
         found = bearing_responses(self.compiled(), free.flatten(), length.flatten())
         return BearingResponse(*(one.reshape(length.shape) for one in found))
 

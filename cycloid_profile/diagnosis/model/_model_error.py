@@ -10,7 +10,7 @@ from contextlib import suppress
 
 import numpy as np
 
-from cycloid_profile.arrays import FloatArray
+from cycloid_profile.arrays import ComplexArray, FloatArray
 from cycloid_profile.contact.stage import LoadedContacts
 from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.data._smooth_forms import forms_of_scan, hat_functions, waves
@@ -27,8 +27,6 @@ _NEAR, _FAR = 1.0, 4.0  # pin pitches over which the coupling of neighbouring pi
 _STICKS = (0.5, 1.0)  # of the torque over which friction sticks after a reversal: others slip at once, or sooner
 _WHOLE_LOOP = 2.0  # of the largest torque
 _MULTIPLES = 6  # of lobes and pins: amplitudes fall with the harmonic
-_PRODUCTS = 3  # multiples of the product of lobes and pins
-_SEEN = 0.3  # standard errors: an order of less width changes no result
 
 
 def load_error(reducer: AsBuiltReducer, curve: LinearisedCurve) -> FloatArray:
@@ -124,23 +122,30 @@ def order_error(
     if not recording.kind.over_output_turn:
         return np.zeros((position.size, 0))
     lobes, pins = reducer.case.drive.trochoid.lobes, reducer.case.drive.trochoid.pins
-    angle = np.outer(position, pins * np.arange(1.0, _PRODUCTS * lobes + 1.0))
-    # Rows at equal distances show some orders as others: each counts once, the product first.
-    rank = np.argsort(np.arange(1, angle.shape[1] + 1) % lobes > 0, kind="stable")
-    first = rank[np.unique(np.round(np.cos(angle[:, rank]), 9), axis=1, return_index=True)[1]]
-    angle, of_product = angle[:, first], (first + 1) % lobes == 0
-    predicted = np.nan_to_num(curve.prediction.on_last_flank)[:, np.newaxis] * bool(reducer.case.disc_bodies)
-    known = np.where(of_product, recording.accuracy, _ripple(predicted, angle)[:, 0])
-    width = np.hypot(known, np.linalg.norm(_ripple(grown, angle), axis=1))
-    seen = width * np.sqrt(0.5 * position.size) > _SEEN * recording.noise.sigma
-    found: FloatArray = np.tile(width[seen], 2) * np.hstack([np.cos(angle[:, seen]), np.sin(angle[:, seen])])
+    # The product comes first: rows at equal distances show some orders as others, and each counts once.
+    multiple = np.arange(1, tuned.PRODUCTS * lobes + 1)
+    multiple = np.concatenate([multiple[multiple % lobes == 0], multiple[multiple % lobes > 0]])
+    wave = np.exp(1j * np.outer(position, pins * multiple))
+    first = np.unique(np.round(wave.real, 9), axis=1, return_index=True)[1]
+    wave, of_product = wave[:, first], first < tuned.PRODUCTS
+    predicted = np.nan_to_num(curve.prediction.on_last_flank)[:, np.newaxis]
+    of_bodies = _ripple(predicted, wave)[:, 0] if reducer.case.disc_bodies else 0.0
+    known = np.where(of_product, recording.accuracy, of_bodies)
+    width = np.hypot(known, np.linalg.norm(_ripple(grown, wave), axis=1))
+    seen = width * np.sqrt(0.5 * position.size) > tuned.SEEN_ORDER * recording.noise.sigma
+    shown = width[seen] * wave[:, seen]
+    return np.hstack([shown.real, shown.imag])
+
+
+def _ripple(columns: FloatArray, wave: ComplexArray) -> FloatArray:
+    """Amplitude of each ``wave`` in each column over a turn, shape (waves, columns)."""
+    found: FloatArray = np.abs(wave.conj().T @ (columns - np.mean(columns, axis=0))) * (2.0 / len(columns))
     return found
 
 
-def _ripple(columns: FloatArray, angle: FloatArray) -> FloatArray:
-    """Amplitude of each order in each column over a turn, shape (orders, columns)."""
-    found: FloatArray = np.abs(np.exp(-1j * angle).T @ (columns - np.mean(columns, axis=0))) * (2.0 / len(columns))
-    return found
+def orders_of_turn(trochoid: Trochoid) -> FloatArray:
+    """Orders per turn of the output that form errors have, and those of the mesh, rising."""
+    return np.union1d(np.arange(1.0, tuned.LOW_ORDERS + 1.0), mesh_orders(trochoid))
 
 
 def mesh_orders(trochoid: Trochoid) -> FloatArray:
@@ -160,8 +165,7 @@ def smooth_columns(
     """
     if recording.kind is PROFILE_SCAN:
         return forms_of_scan(reducer.case.profile, position, lobe, phase)
-    orders = np.unique([*np.arange(1.0, tuned.LOW_ORDERS + 1.0), *mesh_orders(reducer.case.drive.trochoid)])
-    return waves([*np.outer(position, orders).T])
+    return waves([*np.outer(position, orders_of_turn(reducer.case.drive.trochoid)).T])
 
 
 def form_error(

@@ -17,7 +17,7 @@ import numpy as np
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.data.noise import SCATTER_OF_ESTIMATE, sidak, upper_tail
-from cycloid_profile.diagnosis.model._model_error import mesh_orders
+from cycloid_profile.diagnosis.model._model_error import orders_of_turn
 from cycloid_profile.diagnosis.model.candidate import Candidate, places
 from cycloid_profile.diagnosis.model.chatter_spectrum import chatter_spectrum
 from cycloid_profile.diagnosis.model.residuals import nuisance_fitted
@@ -175,8 +175,7 @@ def _block_findings(block: Whitened, z: FloatArray) -> list[Finding]:
             _orders(replace(base, coordinate="waves per turn"), block, t, np.arange(1.0, tuned.LOW_ORDERS + 1.0))
         )
     elif recording.kind is not HYSTERESIS:
-        trochoid = block.residuals.reducer.case.drive.trochoid
-        orders = np.unique([*np.arange(1.0, tuned.LOW_ORDERS + 1.0), *mesh_orders(trochoid)])
+        orders = orders_of_turn(block.residuals.reducer.case.drive.trochoid)
         found.append(_orders(replace(base, coordinate="order"), block, position, orders))
     limits = {"waves per turn": _WAVE_LIMIT, "order": _WAVE_LIMIT, "psi_deg": 2.0, "file": 1.0}
     return [

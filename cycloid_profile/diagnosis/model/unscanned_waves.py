@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cycloid_profile.arrays import ComplexArray, FloatArray
+from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.data.noise import SCATTER_OF_ESTIMATE, sidak
 from cycloid_profile.diagnosis.model.candidate import Candidate
 from cycloid_profile.diagnosis.model.chatter_spectrum import (
@@ -38,7 +39,6 @@ _ROUGHLY, _CLOSELY = np.arange(-2, 3) / 5.0, np.arange(-25, 26) / 50.0
 _OFF_LOBES = (
     2.5  # waves: multiples of the lobe number are tooth form, also with once or twice per revolution modulation
 )
-_OF_MESH = 3  # multiples of the mesh order
 _GAIN = 2.0  # of chi²: least gain for a change of the number of waves
 _AT_ONCE = 2_000_000  # pairs of pins
 # Least independence of cosine and sine; below it one of them replaces both.
@@ -70,7 +70,7 @@ class UnscannedWaves:
         self.disc = disc
         free = diagonal([np.hstack([block.nuisance[:, : block.known], _mesh(block)]) for block in self.blocks])
         # Errors of the model have prior widths: rows of their own hold them to zero.
-        errors = diagonal([_model_errors(block) for block in self.blocks])
+        errors = diagonal([block.white(block.residuals.model_error) for block in self.blocks])
         self._held = errors.shape[1]
         named = np.concatenate([block.columns(members) for block in self.blocks])
         below = np.zeros((self._held, free.shape[1] + named.shape[1]))
@@ -205,15 +205,10 @@ def unscanned(blocks: Sequence[Whitened]) -> list[int]:
     return [j + 1 for j in range(blocks[0].residuals.reducer.discs) if j not in scanned]
 
 
-def _model_errors(block: Whitened) -> FloatArray:
-    """Errors of the model without those in the form of a member: the members are fitted freely."""
-    return block.nuisance[:, block.known : block.known + block.residuals.model_error.shape[1]]
-
-
 def _mesh(block: Whitened) -> FloatArray:
     """Columns of the mesh order and its multiples: form of all lobes, loads and compliances."""
     trochoid = block.residuals.reducer.case.drive.trochoid
-    angle = trochoid.lobes * trochoid.pins * np.outer(block.residuals.position, 1.0 + np.arange(_OF_MESH))
+    angle = trochoid.lobes * trochoid.pins * np.outer(block.residuals.position, 1.0 + np.arange(tuned.PRODUCTS))
     return block.white(np.hstack([np.cos(angle), np.sin(angle)]))
 
 
