@@ -14,6 +14,8 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import FrameType
+from typing import Any
 
 import pytest
 
@@ -195,6 +197,48 @@ def test_a_signal_waits_for_the_end_of_the_exchange(folder: Path, number: int, r
         signal.signal(received, before)
     assert assert_whole(folder) == "new"
     assert [path.name for path in folder.parent.iterdir()] == ["drive"]
+
+
+def signal_at_line(number: int) -> Callable[[], int]:
+    """Send SIGINT at the ``number``-th line that the writer runs; returns the count of lines so far."""
+    count = 0
+
+    def trace(frame: FrameType, event: str, _: object) -> Any:
+        nonlocal count
+        if Path(frame.f_code.co_filename).parent.name != "writing":
+            return None
+        count += event == "line"
+        if event == "line" and count == number:
+            sys.settrace(None)
+            signal.raise_signal(signal.SIGINT)
+        return trace
+
+    sys.settrace(trace)
+    return lambda: count
+
+
+# A signal between the opening of a file and its block leaves the closing to the collector.
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_a_signal_at_any_line_leaves_one_package_and_nothing_else(tmp_path: Path) -> None:
+    seen = set()
+    number, reached = 0, True
+    while reached:
+        number += 1
+        place = tmp_path / str(number)
+        place.mkdir()
+        folder = place / "drive"
+        write(folder, {"profile.csv": "old"})
+        lines = signal_at_line(number)
+        try:
+            write(folder, {"profile.csv": "new"})
+        except KeyboardInterrupt:
+            seen.add((folder / "profile.csv").read_text(encoding="utf-8").split()[0])
+        finally:
+            sys.settrace(None)
+        reached = lines() >= number
+        assert [path.name for path in place.iterdir()] == ["drive"], f"line {number}"
+        assert sorted(path.name for path in folder.iterdir()) == ["manifest.json", "profile.csv"]
+    assert seen == {"old", "new"}
 
 
 def test_interrupted_while_the_files_are_made_leaves_the_old_ones(folder: Path) -> None:

@@ -21,6 +21,7 @@ from typing import Any
 from cycloid_profile import filesystem as system
 from cycloid_profile.errors import ExportError
 from cycloid_profile.export.writing.manifest import file_hash, is_inside
+from cycloid_profile.export.writing.signals import signals_deferred
 
 PARTIAL = "cycloid-profile.partial"
 _EXCHANGE, _JOURNAL = "exchange.json", "journal.json"
@@ -99,11 +100,8 @@ def staging(folder: Path, shared: bool) -> Iterator[Stage]:
         with _locked(place, folder):
             _end_earlier_run(place, folder)
             stage = Stage(place, folder, shared)
-            try:
-                stage.new.mkdir()
-                yield stage
-            finally:
-                _end(place, folder)
+            stage.new.mkdir()
+            yield stage
     finally:
         for path in created:
             with suppress(OSError):
@@ -122,17 +120,26 @@ def _place(folder: Path) -> Path:
 
 @contextmanager
 def _locked(place: Path, folder: Path) -> Iterator[None]:
-    """The lock of a scratch folder, which is made if need be."""
+    """The lock of a scratch folder, which is made if need be, and ended before others can have the lock."""
     until = time.monotonic() + _PATIENCE
-    while (handle := _grabbed(place)) is None:
-        if time.monotonic() > until:
-            limit = "is being written by another process"
-            raise ExportError("output folder", f"'{folder}'", limit, "wait for it, or choose another with --out", " ")
-        time.sleep(0.05)
+    handle: int | None = None
     try:
+        while handle is None:
+            if time.monotonic() > until:
+                limit = "is being written by another process"
+                remedy = "wait for it, or choose another with --out"
+                raise ExportError("output folder", f"'{folder}'", limit, remedy, " ")
+            # A signal between the making of the folder and its lock would leave it without an owner.
+            with signals_deferred():
+                handle = _grabbed(place)
+            if handle is None:
+                time.sleep(0.05)
         yield
     finally:
-        os.close(handle)
+        if handle is not None:
+            with signals_deferred():
+                _end(place, folder)
+                os.close(handle)
 
 
 def _grabbed(place: Path) -> int | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -66,10 +66,11 @@ def atomic_folder(
     shown = folder
     try:
         folder = _resolved(folder)
-        with staging(folder, shared) as stage:
+        # From the first renamed file to the removal of the scratch folder no signal takes effect.
+        with ExitStack() as to_the_end, staging(folder, shared) as stage:
             yield stage.new
-            with signals_deferred():
-                _commit(stage, shown, protection, replaces)
+            to_the_end.enter_context(signals_deferred())
+            _commit(stage, shown, protection, replaces)
     except OSError as error:
         named = error.filename2 or error.filename or shown
         raise _refusal(Path(os.fsdecode(named)), error.strerror or str(error)) from None

@@ -28,9 +28,9 @@ def signals_deferred() -> Iterator[None]:
     # A signal that is ignored, as under nohup, stays ignored; None is a handler that Python did not set.
     before = {one: signal.getsignal(one) for one in STOPPING}
     kept = {one: handler for one, handler in before.items() if handler not in (signal.SIG_IGN, None)}
-    for one in kept:
-        signal.signal(one, note)
     try:
+        for one in kept:
+            signal.signal(one, note)
         yield
     finally:
         for one, handler in kept.items():
