@@ -185,6 +185,8 @@ def form_error(
     else:
         mesh = [k * reducer.discs * n * position for n in (trochoid.lobes, trochoid.pins) for k in (1, 2, 3)]
         angles = [position, 2.0 * position, *mesh]
+    if recording.kind.zero_unknown:
+        signature = signature - np.nanmean(signature)
     return tuned.FORM * signature[:, np.newaxis] * waves(angles)
 
 

@@ -125,6 +125,12 @@ class Candidate:
         return self.name, self.is_change, self.on_all_discs, self.choice.get("flank"), self.choice.get("form")
 
     @property
+    def along(self) -> float | None:
+        """Place along the disc or the ring, in lobes or pins; None of an effect without one."""
+        number = next((float(self.choice[key]) for key in ("lobe", "first_lobe", "pin") if key in self.choice), None)
+        return None if number is None else number + float(self.choice.get("start_in_lobe", 0.0))
+
+    @property
     def waves(self) -> int:
         """Periods of the effect per turn of its angle: two for an oval."""
         return self.kind.harmonic

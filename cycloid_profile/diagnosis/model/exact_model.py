@@ -284,7 +284,14 @@ class ExactModel:
                 predicted.update(zip(own, found, strict=True))
         self._latest = [predicted[i] for i in curves]
         return tuple(
-            self._reusable_residual(i, of[i]) or Residuals(r, of[i], self.flank_grid, predicted.get(i))
+            self._reusable_residual(i, of[i])
+            or Residuals(
+                r,
+                of[i],
+                self.flank_grid,
+                predicted.get(i),
+                None if self._baseline is None else self._baseline.residuals[i],
+            )
             for i, r in enumerate(self.recordings)
         )
 

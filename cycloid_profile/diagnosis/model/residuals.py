@@ -45,7 +45,8 @@ class Residuals:
     """Residuals of a recording on a reducer; arrays over the rows of the recording, in the unit of its column.
 
     ``residual``: measured minus predicted (removal for a scan), NaN without a prediction. ``nuisance``: shape (rows,
-    n), each column scaled by its prior width.
+    n), each column scaled by its prior width. ``bare``: the same recording on the reducer without effects, if
+    ``reducer`` has some.
     """
 
     def __init__(
@@ -54,8 +55,9 @@ class Residuals:
         reducer: AsBuiltReducer,
         flank_grid: FlankGrid | None = None,
         predicted: CurvePrediction | None = None,
+        bare: Residuals | None = None,
     ) -> None:
-        self.recording, self.reducer = recording, reducer
+        self.recording, self.reducer, self._bare = recording, reducer, bare
         self.flank_grid = FlankGrid(reducer) if flank_grid is None else flank_grid
         self._columns: dict[Candidate, FloatArray] = {}
         self._angles: dict[str, FloatArray] = {}
@@ -112,8 +114,15 @@ class Residuals:
         """Error of the model without effects, as columns with their prior widths, shape (rows, columns)."""
         if self.recording.kind is PROFILE_SCAN:
             return np.zeros((self.residual.size, 0))
-        grown = load_error(self.reducer, self.first_order)
-        return np.hstack([grown, order_error(self.reducer, self.recording, self.position, self.first_order, grown)])
+        return np.hstack([self._load_error, (self if self._bare is None else self._bare)._order_error])
+
+    @cached_property
+    def _load_error(self) -> FloatArray:
+        return load_error(self.reducer, self.first_order)
+
+    @cached_property
+    def _order_error(self) -> FloatArray:
+        return order_error(self.reducer, self.recording, self.position, self.first_order, self._load_error)
 
     @cached_property
     def path_error(self) -> FloatArray:

@@ -1,4 +1,7 @@
-"""Single effects of finite size: near zero the response of a lightly loaded reducer may even have the other sign."""
+"""Starts from responses of finite size: a flank that lifts off, or comes to bear, has no linear response.
+
+Near zero the response of a lightly loaded reducer may even have the other sign.
+"""
 
 from __future__ import annotations
 
@@ -12,12 +15,15 @@ from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.model.candidate import Candidate, Variety
 from cycloid_profile.diagnosis.model.evidence import Library
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
+from cycloid_profile.diagnosis.model.optimum import Optimum
 from cycloid_profile.diagnosis.model.whitened import NormalEquations
 from cycloid_profile.diagnosis.search._proposals import Proposal
 from cycloid_profile.diagnosis.search._second_order import change_of_predictions, chi2_reduction
+from cycloid_profile.geometry import Trochoid
 
 _SIZE = 0.5  # prior widths
 _FEW = 12  # locations of one effect that are all tried
+_REACH = 1.5  # lobes or pins
 _LEAST, _MOST = 0.1, 5.0  # times this size: range of the starts
 
 
@@ -35,6 +41,48 @@ def of_finite_size(
     more = ((one, np.array([1.0, 0.0])) for one in places if one not in known and one.angle is None)
     found = sorted([*found, *_responses(model, more, offsets)], key=lambda one: -one[0])
     return [proposal for _, proposal in found[: tuned.FINITE]]
+
+
+def moved_nearby(model: ExactModel, library: Library, optimum: Optimum, offsets: tuple[int, ...]) -> list[Proposal]:
+    """The set with one member moved to that of the places near its own where it explains most, for each member.
+
+    Where a lobe no longer touches, linear equations do not see that an effect might end there.
+    """
+    found = []
+    for i, member in enumerate(optimum.members):
+        own = np.arange(2 * i, 2 * i + 2)
+        others, rest = [*optimum.members[:i], *optimum.members[i + 1 :]], np.delete(optimum.u, own)
+        near = _places_near(member, library, model.reducer.case.drive.trochoid)
+        before = model.state(others, rest) if near else None
+        if before is None:
+            continue
+        tried = []
+        for place in (member, *near):
+            state = model.state([*others, place], np.concatenate([rest, optimum.u[own]]))
+            if state is not None:
+                column = change_of_predictions(before, state)[:, np.newaxis]
+                drop, (amount,) = chi2_reduction(before.blocks, column)
+                tried.append((drop, place, np.clip(amount, _LEAST, _MOST) * optimum.u[own]))
+        _, place, u = max(tried, key=lambda one: one[0])
+        if place is not member:
+            found.append(Proposal((*others, place), np.concatenate([rest, u]), offsets))
+    return found
+
+
+def _places_near(member: Candidate, library: Library, trochoid: Trochoid) -> list[Candidate]:
+    """The same effect at most ``_REACH`` lobes or pins away on the same part."""
+    if member.along is None:
+        return []
+    of = trochoid.pins if "pin" in member.choice else trochoid.lobes
+    same = [library.candidates[i] for i in library.of_name(member.name)]
+    return [
+        one
+        for one in same
+        if one.along is not None
+        and one.variety == member.variety
+        and one.choice.get("disc") == member.choice.get("disc")
+        and 0.0 < abs((one.along - member.along + 0.5 * of) % of - 0.5 * of) <= _REACH
+    ]
 
 
 def _responses(

@@ -20,7 +20,7 @@ from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
 from cycloid_profile.diagnosis.model.whitened import NormalEquations, normal_equations
 from cycloid_profile.diagnosis.search._proposals import Proposal, linear_proposals
 from cycloid_profile.diagnosis.search._second_order import second_order
-from cycloid_profile.diagnosis.search._starts import of_finite_size
+from cycloid_profile.diagnosis.search._starts import moved_nearby, of_finite_size
 from cycloid_profile.diagnosis.search._subsampling import smallest_subsample
 from cycloid_profile.diagnosis.search._symmetric_parts import on_other_parts
 from cycloid_profile.diagnosis.search._waves import alternative_waves, refitted, waves_left
@@ -289,7 +289,9 @@ class _Stage:
         anchored = not model.only_scans or model.is_comparison
         found = linear_proposals(equations, self.library, fit.optimum, fit.offsets, anchored)
         if fit.optimum.members:
-            return found
+            if model.only_scans:
+                return found
+            return [*moved_nearby(model, self.library, fit.optimum, fit.offsets), *found]
         starts = second_order(model, self.library, equations)
         finite = of_finite_size(model, self.library, equations, fit.offsets)
         return [*finite, *found, *(Proposal(self.library.members(i), u, fit.offsets) for i, u in starts)]
