@@ -29,6 +29,7 @@ from cycloid_profile.units import DEGREE
 
 FALSE_ALARM = 0.005  # of a whole diagnosis: one in 200 without an effect raises an alarm
 _WINDOWS = (4, 12, 40, 120)  # rows, each about three times the one before
+_ALONE = 3.0  # standard deviations: a row seldom exceeds them by chance
 _PHASE_BINS = 24  # of 15° of ψ
 # The simulation error may be larger in the amplitude of a wave, and larger still at one place, than over a file.
 _WAVE_LIMIT = math.sqrt(2.0)
@@ -185,9 +186,8 @@ def _block_findings(block: Whitened, z: FloatArray) -> list[Finding]:
 
 
 def _windows(base: Finding, z: FloatArray, position: FloatArray, width: int, sigma: float) -> Finding:
-    total = np.concatenate([[0.0], np.cumsum(z)])
     start = np.arange(0, z.size - width + 1, max(width // 2, 1))
-    sums = (total[start + width] - total[start]) / math.sqrt(width)
+    sums = _bounded_sums(np.lib.stride_tricks.sliding_window_view(z, width)[start]) / math.sqrt(width)
     worst = int(np.argmax(np.abs(sums)))
     p = sidak(2.0 * upper_tail(abs(float(sums[worst]))), start.size)
     a, b = position[start[worst]], position[min(start[worst] + width, z.size - 1)]
@@ -196,6 +196,16 @@ def _windows(base: Finding, z: FloatArray, position: FloatArray, width: int, sig
     shift = 1.0 if base.coordinate == "lobe" else 0.0
     amplitude = float(sums[worst]) / math.sqrt(width) * sigma
     return replace(base, start=float(a) * scale + shift, end=float(b) * scale + shift, amplitude=amplitude, p_value=p)
+
+
+def _bounded_sums(rows: FloatArray) -> FloatArray:
+    """Sum over each window of ``rows``, shape (windows, width), in which no row stands out alone.
+
+    The largest counts as much as the second largest, or ``_ALONE``: one row far from the others is a reading error.
+    """
+    limit = np.maximum(np.partition(np.abs(rows), -2, axis=1)[:, -2:-1], _ALONE)
+    found: FloatArray = np.clip(rows, -limit, limit).sum(axis=1)
+    return found
 
 
 def _bins(base: Finding, z: FloatArray, number: np.ndarray, starts: FloatArray, step: float, sigma: float) -> Finding:
