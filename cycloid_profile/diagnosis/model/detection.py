@@ -187,14 +187,15 @@ def _block_findings(block: Whitened, z: FloatArray) -> list[Finding]:
 
 def _windows(base: Finding, z: FloatArray, position: FloatArray, width: int, sigma: float) -> Finding:
     start = np.arange(0, z.size - width + 1, max(width // 2, 1))
-    sums = _bounded_sums(np.lib.stride_tricks.sliding_window_view(z, width)[start]) / math.sqrt(width)
+    rows = np.lib.stride_tricks.sliding_window_view(z, width)[start]
+    sums = _bounded_sums(rows) / math.sqrt(width)
     worst = int(np.argmax(np.abs(sums)))
     p = sidak(2.0 * upper_tail(abs(float(sums[worst]))), start.size)
     a, b = position[start[worst]], position[min(start[worst] + width, z.size - 1)]
     scale = {"lobe": 1.0 / (2.0 * np.pi), "row": 1.0}.get(base.coordinate, 1.0 / DEGREE)
     # Lobe 1 extends from half a lobe before its root to half a lobe after it.
     shift = 1.0 if base.coordinate == "lobe" else 0.0
-    amplitude = float(sums[worst]) / math.sqrt(width) * sigma
+    amplitude = float(np.mean(rows[worst])) * sigma
     return replace(base, start=float(a) * scale + shift, end=float(b) * scale + shift, amplitude=amplitude, p_value=p)
 
 
