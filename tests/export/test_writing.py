@@ -199,6 +199,14 @@ def test_a_signal_waits_for_the_end_of_the_exchange(folder: Path, number: int, r
     assert [path.name for path in folder.parent.iterdir()] == ["drive"]
 
 
+@pytest.fixture
+def interrupted_by_sigint() -> Iterator[None]:
+    """SIGINT raises ``KeyboardInterrupt``, also where a shell that started the tests in the background ignores it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 def signal_at_line(number: int) -> Callable[[], int]:
     """Send SIGINT at the ``number``-th line that the writer runs; returns the count of lines so far."""
     count = 0
@@ -219,6 +227,7 @@ def signal_at_line(number: int) -> Callable[[], int]:
 
 # A signal between the opening of a file and its block leaves the closing to the collector.
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+@pytest.mark.usefixtures("interrupted_by_sigint")
 def test_a_signal_at_any_line_leaves_one_package_and_nothing_else(tmp_path: Path) -> None:
     seen = set()
     number, reached = 0, True
