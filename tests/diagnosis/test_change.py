@@ -208,6 +208,7 @@ def test_regrinding_changes_one_amount(reground: Comparison) -> None:
     assert without > 5.0 * after
 
 
+@pytest.mark.slow
 def test_a_form_without_a_name_is_no_change() -> None:
     """The library has no steep form of one flank: as large as the change, it cancels in the difference."""
     form = ToothFormError(disc=1, amplitude_um=2.5, waves=3, flank=1)

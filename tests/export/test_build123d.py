@@ -46,6 +46,7 @@ def test_the_stage_is_a_compound_of_parts_in_their_places(rv40e_record: DesignRe
     assert len(pins) == 40
 
 
+@pytest.mark.slow
 def test_another_process_writes_the_same_files(rv40e_record: DesignRecord, tmp_path: Path) -> None:
     here, there = tmp_path / "here", tmp_path / "there"
     here.mkdir(), there.mkdir()
