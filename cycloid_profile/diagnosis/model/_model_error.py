@@ -186,6 +186,7 @@ def form_error(
         mesh = [k * reducer.discs * n * position for n in (trochoid.lobes, trochoid.pins) for k in (1, 2, 3)]
         angles = [position, 2.0 * position, *mesh]
     if recording.kind.zero_unknown:
+        # What only moves the zero is not seen, and so cannot be seen to vary.
         signature = signature - np.nanmean(signature)
     return tuned.FORM * signature[:, np.newaxis] * waves(angles)
 

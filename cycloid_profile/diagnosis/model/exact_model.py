@@ -283,15 +283,10 @@ class ExactModel:
                 found = predicted_curves([self.recordings[i] for i in own], reducer, start)
                 predicted.update(zip(own, found, strict=True))
         self._latest = [predicted[i] for i in curves]
+        bare = self._baseline
         return tuple(
             self._reusable_residual(i, of[i])
-            or Residuals(
-                r,
-                of[i],
-                self.flank_grid,
-                predicted.get(i),
-                None if self._baseline is None else self._baseline.residuals[i],
-            )
+            or Residuals(r, of[i], self.flank_grid, predicted.get(i), None if bare is None else bare.residuals[i])
             for i, r in enumerate(self.recordings)
         )
 

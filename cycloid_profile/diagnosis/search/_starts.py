@@ -14,7 +14,7 @@ from cycloid_profile.arrays import FloatArray
 from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.model.candidate import Candidate, Variety
 from cycloid_profile.diagnosis.model.evidence import Library
-from cycloid_profile.diagnosis.model.exact_model import ExactModel
+from cycloid_profile.diagnosis.model.exact_model import ExactModel, State
 from cycloid_profile.diagnosis.model.optimum import Optimum
 from cycloid_profile.diagnosis.model.whitened import NormalEquations
 from cycloid_profile.diagnosis.search._proposals import Proposal
@@ -51,21 +51,22 @@ def moved_nearby(model: ExactModel, library: Library, optimum: Optimum, offsets:
     found = []
     for i, member in enumerate(optimum.members):
         own = np.arange(2 * i, 2 * i + 2)
-        others, rest = [*optimum.members[:i], *optimum.members[i + 1 :]], np.delete(optimum.u, own)
+        first, last = optimum.members[:i], optimum.members[i + 1 :]
         near = _places_near(member, library, model.reducer.case.drive.trochoid)
-        before = model.state(others, rest) if near else None
+        before = model.state([*first, *last], np.delete(optimum.u, own)) if near else None
         if before is None:
             continue
         tried = []
         for place in (member, *near):
-            state = model.state([*others, place], np.concatenate([rest, optimum.u[own]]))
+            # At its own place this is the optimum, which has a solution.
+            state = model.state([*first, place, *last], optimum.u)
             if state is not None:
-                column = change_of_predictions(before, state)[:, np.newaxis]
-                drop, (amount,) = chi2_reduction(before.blocks, column)
-                tried.append((drop, place, np.clip(amount, _LEAST, _MOST) * optimum.u[own]))
-        _, place, u = max(tried, key=lambda one: one[0])
+                tried.append((*_explained(before, state), place))
+        _, amount, place = max(tried, key=lambda one: one[0])
         if place is not member:
-            found.append(Proposal((*others, place), np.concatenate([rest, u]), offsets))
+            u = optimum.u.copy()
+            u[own] *= np.clip(amount, _LEAST, _MOST)
+            found.append(Proposal((*first, place, *last), u, offsets))
     return found
 
 
@@ -95,10 +96,15 @@ def _responses(
             state = model.state([candidate], u)
             if state is None:
                 continue
-            column = change_of_predictions(model.baseline, state)[:, np.newaxis]
-            drop, (amount,) = chi2_reduction(model.baseline.blocks, column)
+            drop, amount = _explained(model.baseline, state)
             if amount > 0.0:
                 yield drop, Proposal((candidate,), np.clip(amount, _LEAST, _MOST) * u, offsets)
+
+
+def _explained(before: State, after: State) -> tuple[float, float]:
+    """Reduction of chi² by a multiple of the response from ``before`` to ``after``, and the multiple."""
+    drop, (amount,) = chi2_reduction(before.blocks, change_of_predictions(before, after)[:, np.newaxis])
+    return drop, float(amount)
 
 
 def _of_each_variety(library: Library, equations: NormalEquations) -> Iterator[tuple[Candidate, FloatArray]]:
