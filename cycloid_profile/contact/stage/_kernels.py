@@ -441,8 +441,7 @@ def eliminated(problem: PoseProblem, work: Workspace, columns: int) -> int:  # p
             # Without a sign an index needs no look at numbers counted from the end.
             first, second = np.uint64(place[j, 0]), np.uint64(place[j, 1])
             upper[i, j] = weight[j, 0] * (x * C[i0, first] + y * C[i1, first])
-            if weight[j, 1] != 0.0:
-                upper[i, j] += weight[j, 1] * (x * C[i0, second] + y * C[i1, second])
+            upper[i, j] += weight[j, 1] * (x * C[i0, second] + y * C[i1, second])
             if upper[i, j] != 0.0:
                 last[i] = j
         upper[i, i] += 1.0
@@ -459,7 +458,7 @@ def eliminated(problem: PoseProblem, work: Workspace, columns: int) -> int:  # p
         for k in range(i + 1, end):
             share = upper[i, k]
             last[k] = max(last[k], last[i])
-            for j in range(np.uint64(k), np.uint64(end)):
+            for j in range(k, end):
                 upper[k, j] -= share * upper[i, j]
             for c in range(columns):
                 wide[k, c] -= share * wide[i, c]
