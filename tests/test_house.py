@@ -182,3 +182,23 @@ def test_readers_import_rooms_and_nothing_deeper() -> None:
     deep = re.compile(r"^\s*(?:>>> )?(?:from|import) (cycloid_profile\.\w+\.[\w.]+)", re.MULTILINE)
     found = {(name, match) for name, code in code_of_pages() for match in deep.findall(code)}
     assert found == set()
+
+
+def test_values_with_arrays_compare_by_identity_or_without_them() -> None:
+    def asks_arrays(node: ast.ClassDef) -> bool:
+        decorators = [ast.unparse(decorator) for decorator in node.decorator_list]
+        fields = [ast.unparse(statement) for statement in node.body if isinstance(statement, ast.AnnAssign)]
+        return (
+            any("dataclass" in decorator and "eq=False" not in decorator for decorator in decorators)
+            and not any(isinstance(part, ast.FunctionDef) and part.name == "__eq__" for part in node.body)
+            and any(re.search(r": .*(Array|Matrix)\b", f) and "compare=False" not in f for f in fields)
+        )
+
+    # Two arrays compare element by element, which is neither true nor false.
+    found = [
+        f"{path.relative_to(PACKAGE)}: {node.name}"
+        for path in sorted(PACKAGE.rglob("*.py"))
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.ClassDef) and asks_arrays(node)
+    ]
+    assert found == []

@@ -36,10 +36,11 @@ def accuracy(
     from cycloid_profile.report.design import save_accuracy_plot, terminal_tables, warnings
 
     protection = protection_of(force, spec, *plugin, json=json)
+    folder = output_folder(out, spec, protection, writes=["plots/accuracy.png"])
     with progress(quiet, allow_large) as show_step:
         show_step("loading the drive over one mesh cycle")
         record = design_disc(read_with_plugins(spec, plugin))
-        picture = save_accuracy_plot(record, output_folder(out, spec), protection)
+        picture = save_accuracy_plot(record, folder, protection)
     figures = summary(record) | {"picture": str(picture)}
     if not printed_as_json(figures, json, protection):
         print_tables(terminal_tables(figures))

@@ -37,12 +37,12 @@ def build(
     """
     from cycloid_profile.design import design_disc, summary
     from cycloid_profile.export import CadProcess, ascii_name_notes, exporter_for
-    from cycloid_profile.export.writing import notes_of
+    from cycloid_profile.export.writing import MANIFEST, notes_of
     from cycloid_profile.report.design import REPORT, build_package, terminal_tables, warnings
 
-    folder = output_folder(out, spec)
     check_pdf(pdf)
     protection = protection_of(force, spec, *plugin, json=json)
+    folder = output_folder(out, spec, protection, writes=[MANIFEST, REPORT])
     with progress(quiet, allow_large) as show_step:
         show_step("reading the spec")
         wanted = read_with_plugins(spec, plugin)

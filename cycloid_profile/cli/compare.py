@@ -54,7 +54,7 @@ def compare(
 
     require_files(data, "measured files")
     protection = protection_of(force, spec, *data, *plugin, json=json)
-    folder = output_folder(out, spec) / "compare"
+    folder = output_folder(out, spec, protection) / "compare"
     with progress(quiet, allow_large) as show_step:
         wanted = read_with_plugins(spec, plugin)
         measured = read_files(data, columns, wanted, show_step)

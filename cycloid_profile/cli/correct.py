@@ -76,12 +76,12 @@ def correct(
         Profile scans of one disc (CSV), also of other programs.
     """
     from cycloid_profile.export import ascii_name_notes
-    from cycloid_profile.report.diagnosis import correct_scans, correction_sentences, correction_tables
+    from cycloid_profile.report.diagnosis import CORRECTION_PAGE, correct_scans, correction_sentences, correction_tables
 
     check_pdf(pdf)
     require_files(scans, "profile scans")
     protection = protection_of(force, spec, *scans, *plugin, json=json)
-    folder = output_folder(out, spec, "correct")
+    folder = output_folder(out, spec, protection, "correct", writes=[CORRECTION_PAGE])
     with progress(quiet, allow_large) as show_step:
         wanted = read_with_plugins(spec, plugin)
         values, reason, status = correct_scans(

@@ -67,15 +67,17 @@ def diagnose(
     check_pdf(pdf)
     protection = protection_of(force, spec, *data, *held_out, *against, *plugin, json=json)
     if plan:
-        return _plan_measurements(spec, plugin, output_folder(out, spec) / "diagnosis", protection, quiet, allow_large)
+        folder = output_folder(out, spec, protection, writes=["diagnosis/plan.png"]) / "diagnosis"
+        return _plan_measurements(spec, plugin, folder, protection, quiet, allow_large)
     require_files(data, "measured files")
     from cycloid_profile.design import as_built_reducer
     from cycloid_profile.diagnosis import compare_diagnoses, require_new_rows
     from cycloid_profile.diagnosis import diagnose as diagnose_files
+    from cycloid_profile.report import REPORT
     from cycloid_profile.report.diagnosis import write_diagnosis
 
     wanted = read_with_plugins(spec, plugin)
-    folder = output_folder(out, spec, "diagnosis")
+    folder = output_folder(out, spec, protection, "diagnosis", writes=[REPORT])
     with progress(quiet, allow_large) as show_step:
         measured = read_files([*data, *held_out, *against], columns, wanted, show_step)
         measured, checks, earlier = (

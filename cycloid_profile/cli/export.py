@@ -44,11 +44,11 @@ def export(
     """
     from cycloid_profile.design import design_disc, disc_outline, disc_parts, disc_parts_sentence, drive_of
     from cycloid_profile.export import CadProcess, ascii_name_notes, file_names
-    from cycloid_profile.export.writing import notes_of
+    from cycloid_profile.export.writing import MANIFEST, notes_of
     from cycloid_profile.report.design import export_package, planned_files_table, written_files_table
 
     protection = protection_of(force, spec, *plugin, json=json)
-    folder = output_folder(out, spec)
+    folder = output_folder(out, spec, protection, writes=() if list else [MANIFEST])
     wanted = read_with_plugins(spec, plugin)
     formats = tuple(dict.fromkeys(format or wanted.export.formats))
     if list:

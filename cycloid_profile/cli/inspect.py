@@ -53,11 +53,11 @@ def inspect(
         Profile scan of the whole disc (CSV), also of another program.
     """
     from cycloid_profile.design import design_disc
-    from cycloid_profile.report import inspection_table, inspection_to_json, write_inspection
+    from cycloid_profile.report import INSPECTION_PAGE, inspection_table, inspection_to_json, write_inspection
 
     check_pdf(pdf)
     protection = protection_of(force, spec, scan, *plugin, json=json)
-    folder = output_folder(out, spec, "inspect")
+    folder = output_folder(out, spec, protection, "inspect", writes=[INSPECTION_PAGE])
     with progress(quiet, allow_large) as show_step:
         wanted = read_with_plugins(spec, plugin)
         (measured,) = read_files([scan], columns, wanted, show_step)

@@ -65,6 +65,7 @@ def tolerance(
         Spec file (TOML) with a [tolerance] table; without one, ordinary manufacturing tolerances apply.
     """
     from cycloid_profile.design import tolerance_record, with_tolerance_values
+    from cycloid_profile.report import REPORT
     from cycloid_profile.report.tolerance import to_json, write_tolerance
     from cycloid_profile.tolerance.study import Cluster, Threads, Workers
 
@@ -72,7 +73,7 @@ def tolerance(
     protection = protection_of(force, spec, *plugin, json=json)
     changed = {"samples": samples, "loaded_samples": loaded_samples, "seed": seed, "sequence": sequence}
     wanted = with_tolerance_values(read_with_plugins(spec, plugin), changed)
-    folder = output_folder(out, spec, "tolerance")
+    folder = output_folder(out, spec, protection, "tolerance", writes=[REPORT])
     workers: Workers = Threads(threads) if scheduler is None else Cluster(scheduler)
     with progress(quiet, allow_large) as show_step:
         record = tolerance_record(wanted, folder / "samples", workers, allocate, show_step)

@@ -135,7 +135,7 @@ def life_factor(viscosity_ratio: float, load_ratio: float) -> float:
     return float(0.1 * max(damage, least) ** -9.185)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False, slots=True)
 class BearingLife:
     """Life of the bearings between cranks and discs under a load.
 

@@ -34,7 +34,7 @@ class SolveStatus(Enum):
 STATUSES = tuple(SolveStatus)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False, slots=True)
 class StagePositions:
     """Positions of the parts of a stage: ``rotation`` of the output, shape (poses,) [rad], and ``motion`` (x, y, θ) of
     each disc from its nominal place, shape (poses, discs, 3) [mm, mm, rad]; ``foot`` of each pin on its tooth, shape
@@ -54,7 +54,7 @@ class StagePositions:
         return StagePositions(self.rotation[which], self.motion[which], *known)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False, slots=True)
 class StageMotion:
     """Displacements of the discs under load, and bearing forces.
 
@@ -82,7 +82,7 @@ class StageMotion:
         return replace(self, meshing=self.meshing.poses(which), **some, tilt=tilt)
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, eq=False, slots=True, repr=False)
 class LoadSharing(Described):
     """Load on the pins at one or more poses.
 

@@ -46,7 +46,7 @@ AS_BUILT = (
 )
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, eq=False, slots=True, repr=False)
 class Accuracy(Described):
     """Rotation of the nominal drive between no load and full load, over one mesh cycle.
 

@@ -76,7 +76,7 @@ def point_frame(points: ToothPoints | PointCloud) -> Any:
     )
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, eq=False, slots=True, repr=False)
 class ToothPoints(Described):
     """Points of a tooth curve with derivatives, all in the shape of ``phase`` [rad].
 
@@ -140,7 +140,7 @@ class ToothPoints(Described):
         return point_frame(self)
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, eq=False, slots=True, repr=False)
 class PointCloud(Described):
     """Points of a tooth curve, each array of shape (points,).
 

@@ -8,6 +8,7 @@ from .design import export_package as export_package
 from .diagnosis import correct_scans as correct_scans
 from .diagnosis import spec_with_effects as spec_with_effects
 from .diagnosis import write_diagnosis as write_diagnosis
+from .inspection import INSPECTION_PAGE as INSPECTION_PAGE
 from .inspection import inspection_meaning as inspection_meaning
 from .inspection import inspection_report as inspection_report
 from .inspection import inspection_table as inspection_table

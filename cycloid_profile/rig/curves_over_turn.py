@@ -25,7 +25,7 @@ SHARES = np.linspace(0.1, 1.5, 15).round(1)  # of the rated torque, in steps of 
 _TOUCH_SHARE = 1e-3  # of the rated torque: presses a flank without deforming it
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, eq=False, slots=True, repr=False)
 class TransmissionError(Described):
     """Actual minus ideal angle of the output at one torque over one turn.
 
@@ -61,7 +61,7 @@ class TransmissionError(Described):
         }
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, eq=False, slots=True, repr=False)
 class AngleMap(Described):
     """A quantity over one turn of the output: ``output_angle`` [rad] and ``value``, shape (poses,).
 
@@ -96,7 +96,7 @@ class AngleMap(Described):
         }
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False, slots=True)
 class TorqueSweep:
     """Values at each torque, shape (torques,).
 

@@ -119,7 +119,7 @@ class _NoFigures:
         return (self.reason,)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False, slots=True)
 class LoopOfFile:
     """Figures of a loop of ``torque`` [N·mm], referred to the ``rated`` torque [N·mm]."""
 

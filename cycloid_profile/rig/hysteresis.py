@@ -31,7 +31,7 @@ _CLOSED_SHARE = 0.1  # of the largest torque: a loop that ends this close to its
 UNLOADED_SHARE = 1e-4
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, eq=False, slots=True, repr=False)
 class Loop(Described):
     """A hysteresis loop: 0 → +T → −T → +T.
 
@@ -68,7 +68,7 @@ class Loop(Described):
         }
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False, slots=True)
 class LoopFigures:
     """Figures of a loop and the points they were read at; angles [rad], torques [N·mm]; NaN beyond the loop.
 
@@ -98,7 +98,7 @@ class LoopFigures:
     rigidity_points: tuple[tuple[float, float], tuple[float, float]]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False, slots=True)
 class Branch:
     """All sweeps of a loop in one direction, as pairs of increasing torque [N·mm] and angle [rad].
 

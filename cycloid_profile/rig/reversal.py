@@ -32,7 +32,7 @@ _BINDS = 1e-8  # rad; half a nanometre on the flank
 _STEPS_PER_SECOND = 16000  # 3,000 a period of the published drive
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, eq=False, slots=True, repr=False)
 class ReversalRun(Described):
     """The motion of a reversal run and the backlash read from it.
 

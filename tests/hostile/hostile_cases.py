@@ -241,6 +241,13 @@ def overwriting() -> Iterator[Case]:
     for name in ("profile.csv", "manifest.json"):
         words = ("export", "spec.toml", "--format=csv", "--out=out")
         yield Case(f"export over {name}", words, foreign, spec=PLAIN, files={f"out/{name}": PRECIOUS})
+    for command, name in (("build", "report.html"), ("tolerance", "report.html"), ("accuracy", "plots/accuracy.png")):
+        words = (command, "spec.toml", "--out=out")
+        yield Case(f"{command} over {name}", words, foreign, files={f"out/{name}": PRECIOUS})
+        yield Case(f"{command} into a file", (command, "spec.toml", "--out=mine.csv"), "it is a file", files=mine)
+    for command, name in (("diagnose", "report.html"), ("inspect", "inspection.html"), ("correct", "correction.html")):
+        files = {"d.csv": SCAN, f"out/{name}": PRECIOUS}
+        yield Case(f"{command} over {name}", (command, "spec.toml", "d.csv", "--out=out"), foreign, files=files)
     words = ("export", "spec.toml", "--format=csv", "--out=mine.csv")
     deeper = (*words[:-1], "--out=mine.csv/deeper")
     yield Case("export into a file", words, "it is a file", spec=PLAIN, files=mine)

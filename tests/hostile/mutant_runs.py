@@ -13,6 +13,7 @@ import os
 import pickle
 import resource
 import sys
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -73,11 +74,13 @@ class Touched:
 
     def _noted(self, name: str) -> Iterator[None]:
         self.stack.append(self.by_name.setdefault(name, set()))
-        sys.settrace(self._trace)
+        for trace in (sys.settrace, threading.settrace):  # kernels run in threads, one a core
+            trace(self._trace)
         yield
         self.stack.pop()
         if len(self.stack) == 1:
-            sys.settrace(None)
+            for trace in (sys.settrace, threading.settrace):
+                trace(None)
 
     @pytest.hookimpl(hookwrapper=True)
     def pytest_fixture_setup(self, fixturedef: pytest.FixtureDef[object]) -> Iterator[None]:

@@ -47,7 +47,7 @@ def test_hostile_command(
     monkeypatch.chdir(here)
     (here / "spec.toml").write_text(case.spec, encoding="utf-8")
     for name, text in case.files.items():
-        (here / name).parent.mkdir(exist_ok=True)
+        (here / name).parent.mkdir(parents=True, exist_ok=True)
         (here / name).write_text(text, encoding="utf-8")
     if "pipe" in case.words:
         os.mkfifo(here / "pipe")

@@ -116,9 +116,17 @@ def protection_of(force: bool, *inputs: Path | str, json: Path | None = None) ->
     return protection
 
 
-def output_folder(out: Path | None, spec_file: Path, *inner: str) -> Path:
-    """The folder given, or exports/NAME and ``inner`` folders with NAME of the spec file."""
-    return Path("exports").joinpath(spec_file.stem, *inner) if out is None else out
+def output_folder(
+    out: Path | None, spec_file: Path, protection: Protection, *inner: str, writes: Sequence[str] = ()
+) -> Path:
+    """The folder given, or exports/NAME and ``inner`` folders with NAME of the spec file.
+
+    Raises ``ExportError`` where that is no folder, or ``protection`` keeps one of the files ``writes`` in it, before
+    anything is computed.
+    """
+    folder = Path("exports").joinpath(spec_file.stem, *inner) if out is None else out
+    protection.check_folder(folder, writes)
+    return folder
 
 
 def write_spec_file(text: str, file: Path, protection: Protection) -> None:

@@ -17,7 +17,7 @@ from cycloid_profile.contact.bodies.radial_bearing import BearingLaw, bearing_la
 from cycloid_profile.geometry import CentralEccentric, Cranks, Drive
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False, slots=True)
 class SupportModel:
     """Linear kinematics of the supports over poses.
 

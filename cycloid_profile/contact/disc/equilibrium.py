@@ -102,7 +102,7 @@ class Equilibrium:
         )
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False, slots=True)
 class MomentBalance:
     """Rotation beyond touch, shape (poses,) [rad], and the pins there, shape (poses, pins).
 

@@ -45,7 +45,7 @@ class Material:
 STEEL = Material(206_000.0, 0.3)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False, slots=True)
 class LineContact:
     """Geometry and stiffness of pin against tooth (docs/theory.md, Eqs. 23–24).
 

@@ -29,7 +29,7 @@ _CAPTURE_WIDTH = 0.35  # rad
 _MOST_STARTS = 81
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, eq=False, slots=True, repr=False)
 class Gaps(Described):
     """Gaps between pins and disc with the contact frame, all of one shape (…, pins).
 
@@ -64,7 +64,7 @@ class Gaps(Described):
             getattr(self, field.name)[poses] = getattr(others, field.name)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False, slots=True)
 class _Foot:
     """Foot points, arrays of one shape.
 

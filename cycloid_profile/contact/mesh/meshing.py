@@ -22,7 +22,7 @@ _REMEMBERED = 64  # blocks of poses, of a megabyte each
 _OVER_POSES = ("crank_angle", "phase", "lobe", "pin_centre", "into_lobe")
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False, slots=True)
 class Meshing:
     """Pins as seen by the discs, over poses × discs × pins.
 

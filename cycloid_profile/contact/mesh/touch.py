@@ -25,7 +25,7 @@ LEAST_REACH = 0.05
 OVERLAP_TOLERANCE = 1e-5  # mm; 10 nm of overlap is below any grinding error, and does not bind a drive
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False, slots=True)
 class FirstTouch:
     """Rotation of each disc at which its first pin touches, with the gaps there.
 
@@ -38,7 +38,7 @@ class FirstTouch:
     settled: BoolArray
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, eq=False, slots=True, repr=False)
 class Backlash(Described):
     """Rotation between the two flanks at poses over one mesh cycle, arrays of shape (poses,) [rad].
 

@@ -43,7 +43,7 @@ class EnergyPoint(NamedTuple):
     tilt: PinTilt | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False, slots=True)
 class StageEnergy:
     """Π(u) of Eqs. 37 and 81 about the displacement at which the gaps were taken.
 

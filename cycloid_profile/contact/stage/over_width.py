@@ -26,7 +26,7 @@ class PinTilt(NamedTuple):
     spread: FloatArray
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False, slots=True)
 class WidthState:
     """Slices of an energy: the ``face`` width, the ``unknowns`` of the slopes, shape (discs, 2) or (0, 2) for discs
     that cannot tilt, the ``slope`` at the configuration, shape (poses, discs, 2) [rad], and the ``stiffness`` of all

@@ -41,7 +41,7 @@ class Proposal:
     promised: float = math.inf
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Move:
     """A way from one set to others: ``sets`` of library indices, of which ``most`` kinds are proposed."""
 

@@ -28,7 +28,7 @@ _EPSILON = 2.0**-24
 _DIGITS = 9  # distinguish all coordinates of 24 bits
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, eq=False, slots=True, repr=False)
 class Mesh(Described):
     """Triangle mesh: ``corners`` x, y, z, shape (n, 3) [mm]; ``triangles`` of corner indices, shape (m, 3).
 

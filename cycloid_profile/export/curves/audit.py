@@ -39,7 +39,7 @@ class Deviation:
         return cls(float(off[worst]), float(np.sqrt(np.mean(off**2))), float(np.angle(points.flat[worst])), off.size)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False, slots=True)
 class _Feet:
     """Nearest points of the exact curve: ``lobe``, ``phase`` in it [rad], signed distance ``offset`` [mm]."""
 

@@ -27,7 +27,7 @@ _ROUNDS = 7  # relaxations of the nodes towards equal errors
 _RELAXATION = 0.25  # power of an error by which nodes move; the asymptotic 1/3 oscillates
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, eq=False, slots=True, repr=False)
 class Arcs(Described):
     """A chain of arcs, each starting at the end of the previous one.
 

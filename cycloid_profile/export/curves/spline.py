@@ -32,7 +32,7 @@ _DECIMALS = 9  # of coordinates [mm]: rounding of 1e-6 µm
 _FIRST_COUNT, _GROWTH, _LARGEST_COUNT = 8, 1.12, 2000
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, eq=False, slots=True, repr=False)
 class SplinePiece(Described):
     """A clamped B-spline over one flank, or over the whole disc.
 

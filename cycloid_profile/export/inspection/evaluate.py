@@ -119,7 +119,7 @@ def inspect_scan(record: DesignRecord, scan: Measurement) -> Inspection:
     return Inspection(scan, at, plan, checks, position, low, high, radial, noise)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False, slots=True)
 class _Fits:
     """Least squares of radial displacement and turn of every lobe: sums of squares and products, shape (lobes,)."""
 

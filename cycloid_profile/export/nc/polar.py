@@ -46,7 +46,7 @@ class AxisLimits:
         return np.maximum(60.0 / self.inverse_time, 60.0 * length / self.mixed_feed)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False, slots=True)
 class FeedProfile:
     """``speed`` of the contact along the flank at every step, shape (n + 1,) [mm/s]; ``time`` of every step [s]."""
 

@@ -31,7 +31,7 @@ _TANGENT = 1e-6  # rad; a smaller corner counts as smooth, with an error of some
 _GAUSS = ((0.5 - math.sqrt(0.15), 5 / 18), (0.5, 4 / 9), (0.5 + math.sqrt(0.15), 5 / 18))
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, eq=False, slots=True, repr=False)
 class PolarPath(Described):
     """The wheel round the disc, arrays of shape (n + 1,), the last node one turn after the first.
 
@@ -69,7 +69,7 @@ class PolarPath(Described):
         return centre
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False, slots=True)
 class _Stretch:
     """A smooth part of the wheel's path, arrays of shape (n + 1,).
 

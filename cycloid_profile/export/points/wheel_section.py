@@ -25,7 +25,7 @@ from cycloid_profile.units import DEGREE
 FILENAME, _TEMPLATE_FILENAME = "form_wheel.csv", "form_wheel.txt"
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False, slots=True)
 class FormWheel:
     """Axial section of a wheel, complex ``section`` z + iρ with z along its axis and radius ρ [mm], its outward
     ``normal``, and the centre of the ``dresser`` [mm]; shape (points,) all."""

@@ -11,6 +11,7 @@ from cycloid_profile.export.writing.folder import PROTECTED as PROTECTED
 from cycloid_profile.export.writing.folder import Protection as Protection
 from cycloid_profile.export.writing.folder import atomic_folder as atomic_folder
 from cycloid_profile.export.writing.folder import written_folders as written_folders
+from cycloid_profile.export.writing.manifest import MANIFEST as MANIFEST
 from cycloid_profile.export.writing.manifest import manifest_entry as manifest_entry
 from cycloid_profile.export.writing.manifest import notes_of as notes_of
 from cycloid_profile.export.writing.manifest import read_manifest as read_manifest

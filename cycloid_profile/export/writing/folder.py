@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -44,6 +44,14 @@ class Protection:
             )
         if not _is_ours(target):
             raise _foreign(target)
+
+    def check_folder(self, folder: Path, names: Iterable[str] = ()) -> None:
+        """Raises ``ExportError`` where ``folder`` cannot be one, or ``check`` refuses one of ``names`` in it."""
+        standing = next(one for one in (folder, *folder.absolute().parents) if os.path.lexists(one))
+        if not standing.is_dir():
+            raise _refusal(standing, "it is a file")
+        for name in names:
+            self.check(folder / name)
 
 
 PROTECTED = Protection()  # nothing that this program did not make is replaced

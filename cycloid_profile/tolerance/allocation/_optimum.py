@@ -31,7 +31,7 @@ _FAILURES = 25.0
 _NEGLIGIBLE = 1e-4
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SmoothQuantile:
     """Mean of the ordered sample about rank ``share``, beta weights of Harrell and Davis, Biometrika 69 (1982) 635.
 
@@ -62,7 +62,7 @@ class SmoothQuantile:
         return float(self.weights @ np.sort(values)[self.ranks])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class CostCurves:
     """Costs of the tolerances ``where``, indices of scatters, against the logarithms u of their ratios."""
 
@@ -105,7 +105,7 @@ class CostCurves:
         return tolerances.scaled([float(factor) for factor in factors])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Sample:
     """Reducers with the same normal numbers ``z``, shape (reducers, dimensions), whatever their tolerances."""
 
@@ -151,7 +151,7 @@ class Sample:
         return found
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Cheapest:
     """Where a search ended.
 

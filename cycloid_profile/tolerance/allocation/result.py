@@ -50,7 +50,7 @@ class AllocatedTolerance:
         return self.plus_minus_after / self.plus_minus_before if self.plus_minus_before else 1.0
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Allocation(Described):
     """Tolerances that reach the ``wanted`` yield at least cost.
 

@@ -73,7 +73,7 @@ def within(values: FloatArray, names: Sequence[str], limits: Sequence[Limit]) ->
     return np.asarray(np.all([limit.beyond(values[:, names.index(limit.quantity)]) <= 0.0 for limit in limits], axis=0))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class WorstMargin:
     """The limits as one number per reducer: the largest exceedance of any limit over its ``scale``, the scatter of
     that quantity. A margin of zero is the limit for any scale, so a lower limit of 0 is possible.

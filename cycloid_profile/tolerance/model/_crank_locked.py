@@ -27,7 +27,7 @@ from cycloid_profile.tolerance.model._directional import DirectionalDerivative, 
 _TIE = 1e-12  # rad
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class CrankLockedBacklash:
     """Closing rotations of all contacts, linear in the coordinates.
 

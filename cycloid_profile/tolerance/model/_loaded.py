@@ -34,7 +34,7 @@ _BLOCK = 24  # reducers at once
 _WATCHED = 6  # contacts of a pose, those with the highest pressure as drawn; 4 and 16 find the same poses
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FirstOrder:
     """Rotation and highest pressure of reducers to first order about the drawing: a cheap estimate at many loads.
 
@@ -71,7 +71,7 @@ class LoadedAnswers(NamedTuple):
     contact: IntArray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LoadedStage:
     """The stage as drawn at some loads, a crank angle and a torque each, and its change by errors.
 
@@ -267,7 +267,7 @@ def _per_load(weights: FloatArray) -> Any:
     return csr_array((weights.ravel(), column.ravel(), begin), shape=(loads * rows, loads * rest))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LoadedDerivatives:
     """Answers at some loads and their derivatives by the coordinates of the changes.
 

@@ -23,7 +23,7 @@ class Interval:
     high: float
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False, slots=True)
 class Spread:
     """Distribution of numbers: ``count`` of those that are finite, ``lost`` of the others; ``mean`` and standard
     ``deviation``; ``low`` and ``high``; ``edges`` and ``counts`` of their histogram.
