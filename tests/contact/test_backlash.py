@@ -19,7 +19,15 @@ from cycloid_profile.contact.mesh import (
     mesh_cycle,
 )
 from cycloid_profile.geometry import CentralEccentric, Drive, Trochoid, undercut_limit
-from cycloid_profile.modification import DeformationCompensation, Equidistant, FlankRotation, RadialMoving, modify
+from cycloid_profile.modification import (
+    DeformationCompensation,
+    Equidistant,
+    FlankRotation,
+    MeasuredDeviation,
+    NormalDeviation,
+    RadialMoving,
+    modify,
+)
 
 
 @st.composite
@@ -141,6 +149,17 @@ def test_binding_is_distinguished_from_an_overlap_of_nanometres():
 def test_input_lock_without_first_stage_is_the_crank_lock():
     drive = Drive(Trochoid(40, 64.0, 1.3), 3.0, 11.5, 2, CentralEccentric(4e5))
     assert input_locked_factor(drive) == 1.0
+
+
+def test_each_disc_turns_until_it_touches_whatever_the_other_does(theoretical):
+    # Wear of many micrometres on a single lobe: one disc needs more steps than the other.
+    worn = np.where(np.abs(np.linspace(0.0, 2.0 * math.pi * 39, 39 * 24, endpoint=False) - 40.0) < 3.0, 0.02, 0.0)
+    curve = NormalDeviation(np.linspace(0.0, 2.0 * math.pi * 39, 39 * 24, endpoint=False), worn, 39)
+    tooth = modify(theoretical, Equidistant(0.01), MeasuredDeviation(curve))
+    meshing = mesh(theoretical.trochoid, mesh_cycle(theoretical.trochoid, 40), 2)
+    found = first_touch(tooth, 3.0, meshing, np.array([1.0, -1.0]))
+    assert np.all(found.settled)
+    np.testing.assert_allclose(np.min(found.gaps.gap, axis=-1), 0.0, atol=1e-10)
 
 
 def test_touch_that_runs_out_of_steps_says_so(theoretical, monkeypatch):

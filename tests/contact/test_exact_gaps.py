@@ -165,13 +165,16 @@ def test_gaps_of_a_ground_tooth_are_the_nearest_distances(theoretical):
         np.testing.assert_allclose(found[pose, 0], searched, atol=1e-7)
 
 
-def test_lever_and_normal_are_the_derivatives_of_the_gap(theoretical):
+@pytest.mark.parametrize("turned", [0.0, 0.003])
+def test_lever_and_normal_are_the_derivatives_of_the_gap(theoretical, turned):
     tooth = modify(theoretical, Equidistant(0.01), DeformationCompensation(0.002))
     meshing = mesh(theoretical.trochoid, [0.04, 0.11], 2)
-    here, h = gaps(tooth, 3.0, meshing), 1e-6
+    here, h = gaps(tooth, 3.0, meshing, rotation=np.full((2, 2), turned)), 1e-6
 
     def slope(shift, turn):
-        moved = [gaps(tooth, 3.0, meshing, np.full((2, 2), f * shift), np.full((2, 2), f * turn)) for f in (1, -1)]
+        moved = [
+            gaps(tooth, 3.0, meshing, np.full((2, 2), f * shift), np.full((2, 2), turned + f * turn)) for f in (1, -1)
+        ]
         return (moved[0].gap - moved[1].gap) / (2.0 * h)
 
     # Central differences of 1e-6 mm: rounding of 1e-14 mm leaves 1e-8, curvature h²/R less.
@@ -206,12 +209,13 @@ def test_gap_to_the_ridge_that_a_flank_rotation_leaves(theoretical, pin):
 
 
 @pytest.mark.parametrize("crank", [0.0, 0.003])
-def test_gap_of_a_pin_beyond_the_centre_of_a_sharp_root(crank):
+@pytest.mark.parametrize("changes", [(), (DeformationCompensation(0.002),)], ids=["smooth", "with corners"])
+def test_gap_of_a_pin_beyond_the_centre_of_a_sharp_root(crank, changes):
     # K1 = 0.95: the pin-centre path has a radius of 4.3 µm in the root. A pin 10 µm further out is nearer
     # to both flanks than to the root itself.
     trochoid = Trochoid(40, 64.0, 1.52)
     drive = Drive(trochoid, 1.0, 10.0, 1, CentralEccentric(1e5))
-    tooth = modify(drive.theoretical_profile, RadialMoving(0.01))
+    tooth = modify(drive.theoretical_profile, RadialMoving(0.01), *changes)
     meshing = mesh(trochoid, [crank])
     found, centre = gaps(tooth, 1.0, meshing).gap[0, 0], meshing.pin_in_lobe()[0, 0]
     searched = [signed_search(tooth, centre[k], meshing.phase[0, 0, k], 1.0) for k in range(40)]

@@ -165,11 +165,13 @@ def test_gap_of_a_wavy_tooth_is_that_of_the_nearest_foot(waves, amplitude, at, l
     assert np.count_nonzero(excess > 1e-10) <= 2
 
 
-def test_feet_on_waves_that_differ_from_lobe_to_lobe():
+@pytest.mark.parametrize("coarse", [False, True], ids=["alone", "with a curve of few points"])
+def test_feet_on_waves_that_differ_from_lobe_to_lobe(coarse):
     # Of several feet the nearest is that of the pin's own lobe, whose waves no other has.
     phase = spread(288 * Z_C, Z_C)
     turn = np.random.default_rng(6).uniform(0.0, 6.3, Z_C)[(phase // (2.0 * math.pi)).astype(int)]
-    curve = Curve(3.006, (NormalDeviation(phase, 2.0 * UM * np.sin(24.0 * phase + turn), Z_C),))
+    waves = NormalDeviation(phase, 2.0 * UM * np.sin(24.0 * phase + turn), Z_C)
+    curve = Curve(3.006, (waves, NormalDeviation(spread(12, 1), 0.2 * UM * np.sin(spread(12, 1)), 1))[: 1 + coarse])
     found = gaps(curve.tooth(), PIN_RADIUS, mesh(TROCHOID, [0.3])).gap[0, 0]
     excess = found - [curve.nearest(pin)[1] - PIN_RADIUS for pin in pins_on_disc(0.3)]
     assert np.all(excess > -1e-10)

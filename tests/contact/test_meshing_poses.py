@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cycloid_profile.contact.mesh import mesh, mesh_cycle
+from cycloid_profile.errors import LoadError
 from cycloid_profile.geometry import Trochoid
 
 
@@ -61,3 +62,6 @@ def test_one_crank_angle_may_be_a_plain_number():
     assert mesh(Trochoid(40, 64.0, 1.3), 0.2).phase.shape == (1, 1, 40)
     with pytest.raises(ValueError, match="could not convert"):
         mesh(Trochoid(40, 64.0, 1.3), "north")
+    for none in ([], [[0.1, 0.2]]):
+        with pytest.raises(LoadError, match="is no row of poses"):
+            mesh(Trochoid(40, 64.0, 1.3), none)

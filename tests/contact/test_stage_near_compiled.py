@@ -33,6 +33,7 @@ from cycloid_profile.effects import (
     WheelWearDrift,
 )
 from cycloid_profile.geometry import Trochoid
+from cycloid_profile.modification import DeformationCompensation, modify
 from cycloid_profile.spec import read_spec
 
 FEW = output_turn(Trochoid(40, 64.0, 1.3), 3)
@@ -225,6 +226,23 @@ def test_poses_that_the_short_cut_leaves_are_searched_for(drawn, monkeypatch):
     mixed = solved(reducer, 1.0, place)
     assert_equal(mixed, plain)
     np.testing.assert_array_equal(mixed.rotation[1::2], compiled.rotation[1::2])
+
+
+@pytest.mark.parametrize("cornered", [(0,), (0, 1)], ids=["one disc", "both"])
+def test_balances_of_teeth_with_corners_are_checked(drawn, cornered, monkeypatch):
+    # Whatever the compiled search says: next to a corner its foot may lie on the wrong flank.
+    plain = drawn.case.profile
+    edged = modify(plain, DeformationCompensation(0.001))
+    reducer = replace(drawn, teeth=tuple(edged if disc in cornered else plain for disc in range(2)))
+    place, exact, whole = solved(drawn, 1.0).place, with_exact_gaps(reducer, 1.0), near.settled_near
+
+    def wrong(*args):
+        u, seen, _ = whole(*args)
+        u[::2] += 1e-4
+        return u, seen, np.ones(len(u), dtype=bool)
+
+    monkeypatch.setattr("cycloid_profile.contact.stage._block.settled_near", wrong)
+    assert_equal(solved(reducer, 1.0, place), exact)
 
 
 def test_a_place_that_is_none_is_left_to_the_plain_search(drawn):

@@ -78,11 +78,15 @@ def test_forces_by_a_deformation_are_those_of_a_new_solve(rv40e, play):
     some = np.argsort(nominal.force.reshape(len(CRANK), -1), axis=1)[:, -6:]
     found = tangent.forces_per_deformation(some)
     pin, size = int(some[0, -1]) % pins, 1e-5
-    changes = {}
+    changes, motions = {}, {}
     for name, change in (("pin_oversize", np.zeros(pins)), ("eccentric_shift", np.zeros((2, 3), dtype=complex))):
         change[pin if name == "pin_oversize" else (1, 2)] = size
         solved = StageEquilibrium(tolerance=1e-13, deviations=PartDeviations(**{name: change})).at(case, CRANK)
         changes[name] = np.take_along_axis((solved.force - nominal.force).reshape(len(CRANK), -1), some, axis=1) / size
+        moved = np.concatenate([each.stage.motion.reshape(len(CRANK), -1) for each in (solved, nominal)])
+        turned = np.concatenate([solved.rotation, nominal.rotation])
+        before, after = np.split(np.column_stack([turned, moved]), 2)[::-1]
+        motions[name] = (after - before) / size
     by_pin = found[:, :, pin] + found[:, :, pins + pin]
     # An eccentric displaced along its own throw, at the angle of its disc.
     along = np.exp(1j * tangent.crank_angle[:, 1])[:, np.newaxis]
@@ -91,6 +95,14 @@ def test_forces_by_a_deformation_are_those_of_a_new_solve(rv40e, play):
     for predicted, exact in ((by_pin, changes["pin_oversize"]), (by_eccentric, changes["eccentric_shift"])):
         assert np.max(np.abs(exact)) > 1e3
         np.testing.assert_allclose(predicted, exact, atol=0.02 * np.max(np.abs(exact)))
+    # Carrier and discs follow.
+    motion = tangent.motion_per_deformation
+    by_pin = motion[:, :, pin] + motion[:, :, pins + pin]
+    by_eccentric = along.real * motion[:, :, bearing] + along.imag * motion[:, :, bearing + 1]
+    for predicted, exact in ((by_pin, motions["pin_oversize"]), (by_eccentric, motions["eccentric_shift"])):
+        largest = np.max(np.abs(exact), axis=0)
+        assert np.all(largest > 1e-5)
+        assert np.all(np.abs(predicted - exact) < 0.05 * largest)
     # Reciprocity: a deformation at one pin loads another as one there loads this.
     between = np.take_along_axis(found, some[:, np.newaxis], axis=2)
     np.testing.assert_allclose(between, np.swapaxes(between, 1, 2), rtol=0.0, atol=1e-9 * np.max(between))

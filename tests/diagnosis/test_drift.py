@@ -20,14 +20,18 @@ EFFECTS = 5.0 * np.cos(ANGLE + 1.0) + 3.0 * np.cos(39 * ANGLE) + 2.0 * np.cos(5 
 RAMP = np.linspace(-1.0, 1.0, ROWS)
 
 
-def turns(slope: float) -> list[float]:
+def turns(slope: float, effects: np.ndarray = EFFECTS) -> list[float]:
     noise = [np.random.default_rng(seed).normal(size=ROWS) for seed in range(20)]
-    return [turn_drift(one + slope * RAMP + EFFECTS, ANGLE, RowNoise(1.0), [39, 40]) for one in noise]
+    return [turn_drift(one + slope * RAMP + effects, ANGLE, RowNoise(1.0), [39, 40]) for one in noise]
 
 
 def test_a_turn_that_closes_has_no_drift():
     # So effects of order one keep all their information; a free line would take 61 % of a sine.
     assert sum(width > 0.0 for width in turns(0.0)) <= 1
+
+
+def test_a_high_order_of_pins_is_no_drift():
+    assert sum(width > 0.0 for width in turns(0.0, EFFECTS + 10.0 * np.sin(12 * ANGLE))) <= 1
 
 
 def test_drift_of_half_a_standard_deviation_is_found():

@@ -82,26 +82,25 @@ class StageTangent:
     @cached_property
     def pins(self) -> FloatArray:
         """Rotation of the output per gap at each pin, normals fixed, shape (poses, discs, pins) [rad/mm]."""
-        return self._under_unit_torque[:, : self.sharing.force[0].size].reshape(self.sharing.force.shape)
+        return -self.motion_per_deformation[:, 0, : self.sharing.force[0].size].reshape(self.sharing.force.shape)
 
     @cached_property
     def bearings(self) -> FloatArray:
         """Rotation of the output per unloaded deflection of each bearing, shape (poses, bearings, 2) [rad/mm]."""
         pins = self.sharing.force[0].size
-        by_stretch: FloatArray = -self._under_unit_torque[:, pins : pins + self.energy.stretch[0].size]
-        return by_stretch.reshape(self.energy.stretch.shape)
+        return self.motion_per_deformation[:, 0, pins:].reshape(self.energy.stretch.shape)
 
     @cached_property
-    def _under_unit_torque(self) -> FloatArray:
-        """Forces of pins and bearings by a unit torque on the carrier, shape (poses, forces), zero without equilibrium
-        [N/(N·mm)].
+    def motion_per_deformation(self) -> FloatArray:
+        """Motion of carrier and discs per deformation of every pin and bearing, normals fixed, shape (poses, unknowns,
+        forces), zero without equilibrium [rad/mm, 1].
         """
-        energy, unit = self.energy, np.zeros((*self.point.gradient.shape, 1))
-        unit[:, 0] = 1.0
+        energy = self.energy
+        unit = np.broadcast_to(np.eye(energy.arm.size), (len(energy.torque), energy.arm.size, energy.arm.size))
         motion = solve_linear_compliance(energy.hessian(self.point), unit, _RCOND)
-        return np.nan_to_num(
-            energy.stiffness_times(self.point, energy.by_motion @ motion)[..., 0], posinf=0.0, neginf=0.0
-        )
+        # By reciprocity: the forces of pins and bearings that balance a unit load on each part.
+        forces = np.swapaxes(energy.stiffness_times(self.point, energy.by_motion @ motion), 1, 2)
+        return -np.nan_to_num(forces[..., : energy.gap[0].size + energy.stretch[0].size], posinf=0.0, neginf=0.0)
 
     def forces_per_deformation(self, pins: IntArray) -> FloatArray:
         """Force of some ``pins`` of each pose, shape (poses, some), per deformation of every pin and bearing, carrier

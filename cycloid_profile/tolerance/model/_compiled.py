@@ -6,15 +6,29 @@ Each call uses one thread and releases the interpreter lock, so that chunks run 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray, IntArray
-from cycloid_profile.compiled import kernel
+from cycloid_profile.compiled import inner, kernel
 from cycloid_profile.contact.stage import StageEnergy
 from cycloid_profile.contact.stage._kernels import PoseProblem, StageArrays, least_energy, width_at, workspace
 
 _ABREAST = 8  # reducers side by side: as many numbers as the processor keeps in registers
+
+
+class SearchStart(NamedTuple):
+    """Where the search for the equilibrium of a reducer starts: to first order about the drawing.
+
+    ``place`` of contacts loaded as drawn and of bearing forces, shape (loads, some), counted over all forces;
+    ``motion`` of carrier and discs, shape (loads, unknowns, some), and ``force`` there, shape (loads, some, some), per
+    deformation [mm].
+    """
+
+    place: IntArray
+    motion: FloatArray
+    force: FloatArray
 
 
 @kernel
@@ -70,7 +84,7 @@ def balanced_reducers(
     stretch: FloatArray,
     play: FloatArray,
     pressure_per_root_force: FloatArray,
-    start: FloatArray,
+    start: SearchStart,
     tolerance: float,
     chosen: IntArray,
     contact: IntArray | None = None,
@@ -81,8 +95,8 @@ def balanced_reducers(
     ``energy`` of the stage as drawn, under any contact law, its poses all loads, of which each reducer has those
     ``chosen``, shape (reducers, loads); ``gap`` (reducers, loads, discs, pins) and ``stretch`` (reducers, loads,
     bearings, 2) of each reducer in place of those as drawn [mm]; ``play`` of its bearings, shape (reducers,) [mm];
-    ``pressure_per_root_force``, peak pressure of each contact under 1 N [MPa]; ``start`` (reducers, loads, unknowns);
-    ``tolerance`` of the imbalance over the torque; ``contact``: the one with the highest pressure unless given.
+    ``pressure_per_root_force``, peak pressure of each contact under 1 N [MPa]; ``start`` of the search; ``tolerance``
+    of the imbalance over the torque; ``contact``: the one with the highest pressure unless given.
     """
     turned, pressure, followed = np.empty((3, *gap.shape[:2]))
     first = np.full(gap.shape[:2], -1, np.int64)
@@ -102,7 +116,7 @@ def _balanced(  # pragma: no cover - compiled, out of the sight of the coverage 
     stretch: FloatArray,
     play: FloatArray,
     per_root_force: FloatArray,
-    start: FloatArray,
+    start: SearchStart,
     tolerance: float,
     chosen: IntArray,
     contact: IntArray,
@@ -117,21 +131,20 @@ def _balanced(  # pragma: no cover - compiled, out of the sight of the coverage 
     ``balanced_reducers``.
     """
     reducers, loads, discs, pins = gap.shape
-    step, forces = np.empty(start.shape[2]), np.empty(load.shape[1])
+    step, forces, apart = np.empty(drawn.arm.size), np.empty(load.shape[1]), np.empty(start.place.shape[1])
     work = workspace(discs, pins, stretch.shape[2], step.size, forces.size > 0)
     # Reducers one after another at a load: its compliance is then in the cache of the processor.
     for p in range(loads):
         for i in range(reducers):
             at = chosen[i, p]
-            for a in range(step.size):
-                step[a] = start[i, p, a]
-            for a in range(forces.size):
-                forces[a] = load[at, a]
             problem = PoseProblem(
                 drawn.law, drawn.constant[at], gap[i, p], drawn.frame[at], drawn.own, drawn.spring_stretch[at],
                 stretch[i, p], drawn.bearing, play[i], drawn.torque[at], drawn.rotation[at], drawn.arm,
                 drawn.compliance[at], width_at(drawn.width, drawn.width.slope[at]),
             )  # fmt: skip
+            search_start(
+                problem, start, drawn.gap[at], drawn.stretch[at], drawn.play[at], load[at], at, apart, step, forces
+            )
             off = least_energy(problem, tolerance, step, forces, work)
             highest, one, asked, own = 0.0, -1, contact[i, p], 0.0
             for d in range(discs):
@@ -148,6 +161,47 @@ def _balanced(  # pragma: no cover - compiled, out of the sight of the coverage 
             pressure[i, p] = np.nan if lost else highest
             followed[i, p] = np.nan if lost else (own if asked >= 0 else highest)
             first[i, p] = one
+
+
+@inner
+def search_start(  # pragma: no cover - compiled, out of the sight of the coverage tool
+    problem: PoseProblem,
+    start: SearchStart,
+    gap: FloatArray,
+    stretch: FloatArray,
+    play: float,
+    load: FloatArray,
+    at: int,
+    apart: FloatArray,
+    step: FloatArray,
+    forces: FloatArray,
+) -> None:
+    """Fill ``step``, and in elastic discs ``forces``, with the start of the search.
+
+    ``gap``, ``stretch``, ``play`` and ``load`` as drawn; ``apart`` is room for the deformation that the errors bring.
+    """
+    discs, pins = gap.shape
+    for j in range(apart.size):
+        one = start.place[at, j]
+        if one < discs * pins:
+            d, k = one // pins, one % pins
+            apart[j] = gap[d, k] - problem.gap[d, k]
+        else:
+            s, i = (one - discs * pins) // 2, (one - discs * pins) % 2
+            length = math.hypot(stretch[s, 0], stretch[s, 1])
+            taken = (problem.play - play) / length if length > 0.0 else 0.0  # more play lets a bearing follow its load
+            apart[j] = problem.stretch[s, i] - (1.0 + taken) * stretch[s, i]
+    for a in range(step.size):
+        step[a] = 0.0
+        for j in range(apart.size):
+            step[a] += start.motion[at, a, j] * apart[j]
+    forces[:] = load
+    for i in range(apart.size if forces.size > 0 else 0):
+        one = start.place[at, i]
+        for j in range(apart.size):
+            forces[one] += start.force[at, i, j] * apart[j]
+        if one < discs * pins:
+            forces[one] = max(forces[one], 0.0)
 
 
 @kernel

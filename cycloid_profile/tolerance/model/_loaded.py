@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray, IntArray
 from cycloid_profile.contact.bodies import support_model
-from cycloid_profile.contact.mesh import LEAST_REACH, gaps, mesh
+from cycloid_profile.contact.mesh import gaps, mesh
 from cycloid_profile.contact.result import LoadSharing
 from cycloid_profile.contact.stage import (
     ContactPoints,
@@ -28,6 +28,9 @@ from cycloid_profile.contact.stage import (
 from cycloid_profile.effects import AsBuiltReducer, ReducerChange, as_drawn
 from cycloid_profile.errors import SolveError
 from cycloid_profile.tolerance.model._crank_locked import sparse_columns
+
+if TYPE_CHECKING:
+    from cycloid_profile.tolerance.model._compiled import SearchStart
 
 TOLERANCE = 1e-7  # of the torque, out of balance
 _BLOCK = 24  # reducers at once
@@ -79,10 +82,7 @@ class LoadedStage:
     coordinates) [mm per unit]; ``stretch_by_unit`` sparse (loads·bearings·2, coordinates) [mm per unit];
     ``play_by_unit`` shape (coordinates,) [mm per unit]; ``read_by_unit`` sparse (loads, coordinates), twist in series
     and angle errors [rad per unit]; ``pressure_per_root_force`` peak pressure of each contact under
-    1 N, shape (loads, discs, pins) [MPa]. ``rigid_motion`` shape (loads, unknowns) of all discs with the carrier;
-    ``closing`` of each gap per rotation along the torque, 0 where too little [mm]; ``overclosure``, an additional
-    rotation that guarantees contact, shape (loads,) [rad]; ``receded``, how far elastic supports give way under the
-    load that the search starts from, shape (loads, discs, pins) [mm]; ``first_order``, estimates about the drawing.
+    1 N, shape (loads, discs, pins) [MPa]. ``start`` of the search; ``first_order``, estimates about the drawing.
     """
 
     reducer: AsBuiltReducer
@@ -93,10 +93,7 @@ class LoadedStage:
     play_by_unit: FloatArray
     read_by_unit: Any
     pressure_per_root_force: FloatArray
-    rigid_motion: FloatArray
-    closing: FloatArray
-    overclosure: FloatArray
-    receded: FloatArray
+    start: SearchStart
     first_order: FirstOrder
 
     def answers(self, x: FloatArray, chosen: IntArray | None = None) -> tuple[FloatArray, FloatArray]:
@@ -138,26 +135,13 @@ class LoadedStage:
             np.maximum(self.energy.play + _weighted(x, self.play_by_unit), self.energy.bearing.least_play),
         )
 
-    def start(self, gap: FloatArray, chosen: IntArray | None = None) -> FloatArray:
-        """Start of the search: all discs turned with the carrier until a pin is pressed, shape (reducers, loads, n).
-
-        Without any contact the force is zero and gives no search direction.
-        """
-        some = np.arange(len(self.energy.torque))[np.newaxis] if chosen is None else chosen
-        closing = self.closing[some]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            turn = np.where(closing > 0.0, (gap + self.receded[some]) / closing, np.inf)
-        first = np.min(turn, axis=(2, 3)) + self.overclosure[some]
-        return np.asarray((np.sign(self.energy.torque[some]) * first)[..., np.newaxis] * self.rigid_motion[some])
-
     def _block(self, x: FloatArray, chosen: IntArray, contact: IntArray | None) -> LoadedAnswers:
         from cycloid_profile.tolerance.model._compiled import balanced_reducers, chosen_rows
 
         gap, stretch, play = self.errors(x, chosen)
-        highest, start = self.pressure_per_root_force, self.start(gap, chosen)
         some = np.ascontiguousarray(chosen)
         turned, pressure, followed, first = balanced_reducers(
-            self.energy, gap, stretch, play, highest, start, TOLERANCE, some, contact
+            self.energy, gap, stretch, play, self.pressure_per_root_force, self.start, TOLERANCE, some, contact
         )
         turned += self.reducer.series_twist(self.energy.torque)[some]
         read = self.read_by_unit
@@ -185,6 +169,8 @@ def loaded_stage(
     LoadError
         If a torque is zero or not finite.
     """
+    from cycloid_profile.tolerance.model._compiled import SearchStart
+
     case = reducer.case
     solved = StageEquilibrium().at(case, crank_angle, torque)
     if not solved.converged:
@@ -203,11 +189,6 @@ def loaded_stage(
         gap=energy.gap if opened is None else energy.gap + opened,
         stretch=energy.stretch if stretched is None else energy.stretch + stretched,
     )
-    along = support.motion(support.rigid_motion)[:, :, np.newaxis]
-    arm = energy.normal_x * along[..., 0] + energy.normal_y * along[..., 1] + energy.lever * along[..., 2]
-    arm *= np.sign(solved.torque)[:, np.newaxis, np.newaxis]
-    longest = case.drive.trochoid.longest_lever
-    pressed = case.law.approach(np.abs(solved.torque) / longest, case.line_contact(np.zeros(len(solved.torque))))
     angle = -meshing.crank_angle[:, 0] / case.drive.trochoid.lobes
     gap_by_unit = sparse_columns([one.gap(points) for one in changes], energy.gap.size)
     stretch_by_unit = sparse_columns([one.misfit(meshing.crank_angle) for one in changes], energy.stretch.size)
@@ -215,8 +196,10 @@ def loaded_stage(
         [one.series_twist(solved.torque) + one.angle_error(angle) for one in changes], len(angle)
     )
     pressure_per_root_force = case.law.peak_pressure(np.ones_like(found.gap), energy.contact)
-    watched, tangent = _watched(solved), StageTangent(solved)
-    by_gap, by_stretch = np.split(-tangent.forces_per_deformation(watched), [found.gap[0].size], axis=2)
+    loaded, tangent = _loaded(solved, energy.stretch[0].size), StageTangent(solved)
+    by_deformation = tangent.forces_per_deformation(loaded)
+    watched = loaded[:, :_WATCHED]
+    by_gap, by_stretch = np.split(-by_deformation[:, :_WATCHED], [found.gap[0].size], axis=2)
     rotated = _per_load(tangent.pins[:, np.newaxis]) @ gap_by_unit
     rotated += _per_load(tangent.bearings[:, np.newaxis]) @ stretch_by_unit
     forced = _per_load(by_gap) @ gap_by_unit - _per_load(by_stretch) @ stretch_by_unit
@@ -229,10 +212,11 @@ def loaded_stage(
         play_by_unit=np.array([one.play for one in changes]),
         read_by_unit=read_by_unit,
         pressure_per_root_force=pressure_per_root_force,
-        rigid_motion=support.rigid_motion,
-        closing=np.where(arm > LEAST_REACH * longest, arm, 0.0),
-        overclosure=0.5 * pressed / longest,
-        receded=sum(solved.receded_supports.values(), np.zeros_like(found.gap)),
+        start=SearchStart(
+            place=loaded,
+            motion=np.take_along_axis(tangent.motion_per_deformation, loaded[:, np.newaxis], axis=2),
+            force=np.take_along_axis(by_deformation, loaded[:, np.newaxis], axis=2),
+        ),
         first_order=FirstOrder(
             rotation=energy.rotation,
             rotation_by_unit=(rotated + read_by_unit).toarray(),
@@ -243,10 +227,15 @@ def loaded_stage(
     )
 
 
-def _watched(solved: LoadSharing) -> IntArray:
-    """The contacts of each pose with the highest pressure, shape (poses, some), counted over all discs."""
+def _loaded(solved: LoadSharing, bearings: int) -> IntArray:
+    """The contacts of each pose that carry a force, by their pressure, then all forces of bearings, shape (poses,
+    some), counted over all discs; unloaded contacts make up the number.
+    """
     pressure = solved.pressure.reshape(len(solved.pressure), -1)
-    return np.argsort(-pressure, axis=1, kind="stable")[:, :_WATCHED]
+    some = max(_WATCHED, int(np.max(np.count_nonzero(pressure, axis=1))))
+    pins = np.argsort(-pressure, axis=1, kind="stable")[:, :some]
+    others = np.arange(pressure.shape[1], pressure.shape[1] + bearings)
+    return np.concatenate([pins, np.broadcast_to(others, (len(pins), bearings))], axis=1)
 
 
 def _of_watched(values: FloatArray, watched: IntArray) -> FloatArray:
