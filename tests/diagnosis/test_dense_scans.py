@@ -44,6 +44,16 @@ def test_noise_of_averaged_points():
         assert recording.noise.rho == pytest.approx(0.0, abs=0.03)
 
 
+def test_noise_of_averaged_points_that_are_correlated():
+    # ρ = 0.6 over groups of four: the mean scatters by √(4 + 2·(3ρ + 2ρ² + ρ³))/4 of the stated deviation.
+    noise = Noise(0.3, rho=0.6, outliers=0.001, declare=True)
+    text = scan(Reducer(), (), points=PARTS * MOST_ROWS, noise=noise, seed=4)
+    recording = record(REDUCER, parse_measurement(text, "dense.csv"))
+    expected = 0.3 * np.sqrt(4.0 + 2.0 * (3.0 * 0.6 + 2.0 * 0.36 + 0.216)) / 4.0
+    # ρ is estimated next to the effects of a scan; white noise would have 0.15.
+    assert recording.noise.sigma == pytest.approx(expected, rel=0.1)
+
+
 def test_short_scan_says_how_many_lobes_it_covers():
     text = scan(Reducer(), (), points=4000, noise=Noise(0.3), missing_lobes=range(6, 40), seed=1)
     recording = record(REDUCER, parse_measurement(text, "five.csv"))
