@@ -385,7 +385,7 @@ def elastic_direction(  # pragma: no cover
         for a in range(unknowns):
             one = work.wide[i, a]
             right[a] += one * work.wide[i, unknowns]
-            for b in range(unknowns):
+            for b in range(a + 1):  # the lower half, all that ``solve`` reads
                 hessian[a, b] += one * work.wide[i, b]
     add_tilting(problem, work, hessian, False)
     damp(hessian, problem.arm)
@@ -434,19 +434,14 @@ def eliminated(problem: PoseProblem, work: Workspace, columns: int) -> int:  # p
     """
     place, weight, upper, wide, last, C = work.place, work.weight, work.upper, work.wide, work.last, problem.compliance
     count: int = stiffness_root(problem, work)
-    row = work.forces[6]
     for i in range(count):
         i0, i1, x, y = place[i, 0], place[i, 1], weight[i, 0], weight[i, 1]
-        for k in range(row.size):
-            row[k] = x * C[i0, k]
-        if y != 0.0:
-            for k in range(row.size):
-                row[k] += y * C[i1, k]
         last[i] = i
         for j in range(i, count):
             # Without a sign an index needs no look at numbers counted from the end.
             first, second = np.uint64(place[j, 0]), np.uint64(place[j, 1])
-            upper[i, j] = weight[j, 0] * row[first] + weight[j, 1] * row[second]
+            upper[i, j] = weight[j, 0] * (x * C[i0, first] + y * C[i1, first])
+            upper[i, j] += weight[j, 1] * (x * C[i0, second] + y * C[i1, second])
             if upper[i, j] != 0.0:
                 last[i] = j
         upper[i, i] += 1.0
