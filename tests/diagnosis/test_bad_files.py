@@ -170,6 +170,13 @@ def test_compare_refuses_what_diagnose_refuses(
     assert named in _refused_by_the_command(format_measurement(change(good(name))), tmp_path, capsys, "compare")
 
 
+@pytest.mark.parametrize("torque", ["412000", "-412000"])
+def test_turn_at_an_overload_of_either_sign_is_refused(torque: str) -> None:
+    turn = good("te")
+    with pytest.raises(MeasurementError, match=r"is over 20 times the rated 412 N·m: check the unit"):
+        diagnose(reducer(), [replace(turn, keys={**turn.keys, "torque_nm": torque})])
+
+
 @pytest.mark.parametrize("held_out", [False, True])
 def test_file_given_twice_is_refused(held_out: bool) -> None:
     scan, loop = good("scan"), good("loop")
@@ -186,6 +193,7 @@ def test_scan_of_another_drive_is_refused(drive: str, datum: str) -> None:
     measured = parse_measurement(scan(other, (), points=1200, noise=Noise(0.3), datum=datum, seed=2), "bad.csv")
     lobes = other.pins - 1
     counted = "" if other.pins == REDUCER.pins else f"lobes = {lobes} are not the {REDUCER.pins - 1} of this drive.*"
+    counted = {"less eccentricity": "median deviation .*", "thinner pins": "median distance .*"}.get(drive, counted)
     with pytest.raises(MeasurementError, match=rf"{counted}scan of another disc"):
         diagnose(reducer(), [measured])
 

@@ -9,7 +9,7 @@ import pytest
 
 from cycloid_profile.design import as_built_reducer
 from cycloid_profile.diagnosis.data.recording import MOST_ROWS, record
-from cycloid_profile.effects import DiscRunout
+from cycloid_profile.effects import DiscRunout, SingleToothError
 from cycloid_profile.measurement import PROFILE_SCAN, parse_measurement
 from cycloid_profile.rig import Settings, register_scan, simulate
 from cycloid_profile.spec import parse_spec
@@ -19,13 +19,16 @@ REDUCER = as_built_reducer(parse_spec(spec_text(Reducer())))
 PARTS = 4
 
 
-def test_dense_scan_is_averaged_without_bias():
-    made = DiscRunout(3.0, 40.0).apply(REDUCER)
+@pytest.mark.parametrize(
+    "stated", [REDUCER, SingleToothError(4.0, 7, 1).apply(REDUCER)], ids=["equal lobes", "one lobe"]
+)
+def test_dense_scan_is_averaged_without_bias(stated):
+    made = DiscRunout(3.0, 40.0).apply(stated)
     exact = simulate(made, PROFILE_SCAN, Settings(points=PARTS * MOST_ROWS))
-    recording = record(REDUCER, exact)
+    recording = record(stated, exact)
     assert MOST_ROWS <= recording.rows.size < 2 * MOST_ROWS
     assert any(f"averaged in groups of {PARTS} neighbours" in note for note in recording.notes)
-    full = register_scan(REDUCER.teeth[0], exact)
+    full = register_scan(stated.teeth[0], exact)
     assert recording.placed is not None
     assert recording.placed.turn == pytest.approx(full.turn, abs=1e-8)
     x, y = (np.mod(one.along + np.pi, 2.0 * np.pi * 39) for one in (full, recording.placed))
@@ -33,6 +36,16 @@ def test_dense_scan_is_averaged_without_bias():
     expected = np.interp(y, x[order], full.removal[order])
     # 1 nm is far below the accuracy of the simulation, 8 nm.
     assert np.max(np.abs(recording.placed.removal - expected)) < 1e-6
+
+
+def test_a_fifth_of_each_lobe_is_held_out_as_a_block():
+    recording = record(REDUCER, simulate(REDUCER, PROFILE_SCAN, Settings(points=4000)))
+    lobe = recording.placed.lobe[recording.rows]
+    shares = [float(np.mean(recording.held_out[lobe == one])) for one in range(39)]
+    assert np.mean(shares) == pytest.approx(0.2, abs=0.03)
+    assert max(shares) < 0.4
+    # Neighbours share their fate: two blocks a lobe at most, not points here and there.
+    assert np.count_nonzero(np.diff(recording.held_out.astype(int)) == 1) < 2 * 39
 
 
 def test_noise_of_averaged_points():

@@ -8,7 +8,7 @@ import pytest
 from cycloid_profile.design import as_built_reducer
 from cycloid_profile.diagnosis import diagnose
 from cycloid_profile.diagnosis.data import record
-from cycloid_profile.diagnosis.data._drift import loop_drift, turn_drift
+from cycloid_profile.diagnosis.data._drift import loop_drift, origin_drift, turn_drift
 from cycloid_profile.diagnosis.data.noise import Noise as RowNoise
 from cycloid_profile.measurement import parse_measurement
 from cycloid_profile.spec import parse_spec
@@ -53,6 +53,17 @@ def test_drift_of_a_loop(slope, found):
         noisy = residual + np.random.default_rng(seed).normal(size=240) + slope * np.linspace(-1.0, 1.0, 240)
         widths.append(loop_drift(noisy[rows], torque[rows], rows, RowNoise(1.0)) > 0.0)
     assert sum(widths) >= 8 if found else sum(widths) <= 1
+
+
+def test_waves_that_no_form_describes_do_not_change_the_width_of_a_drift():
+    # Chatter, say, scatters by three standard deviations; the origin moves by two from the middle to either end.
+    rng, rows, towards = np.random.default_rng(3), np.arange(ROWS), np.exp(1j * ANGLE)
+    drift = 2.0 * RAMP * np.cos(ANGLE)
+    widths = [
+        origin_drift(drift + level * rng.normal(size=ROWS), towards, rows, np.ones((ROWS, 1)), RowNoise(1.0))
+        for level in (1.0, 3.0)
+    ]
+    np.testing.assert_allclose(widths, widths[0], rtol=0.25)
 
 
 def widths_of_scans(drift_um: float, *hidden: Hidden) -> list[float]:
