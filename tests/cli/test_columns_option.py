@@ -133,6 +133,7 @@ def test_a_file_given_twice_is_refused(folder: Path, capsys: pytest.CaptureFixtu
     assert "hold out another file" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_correct_reads_them_too(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["correct", str(folder / "spec.toml"), str(folder / "cmm_unnamed.csv"), "--out", str(folder / "out")]
     assert run([*words, "--columns", "x=Q1,y=Q2,unit=mm", "--json"]) == 0

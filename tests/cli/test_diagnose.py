@@ -245,6 +245,7 @@ def test_help_has_an_example(capsys: pytest.CaptureFixture[str]) -> None:
     assert "Example: cycloid-profile diagnose examples/rv40e.toml" in out
 
 
+@pytest.mark.slow
 def test_against_names_what_became_oval(bench: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["diagnose", str(bench / "mine.toml"), str(bench / "scan.csv"), "--out", str(bench / "changed")]
     assert run([*words, "--against", str(bench / "clean.csv")]) == 0

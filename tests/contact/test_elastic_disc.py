@@ -82,6 +82,7 @@ def test_a_ring_under_pressure_is_that_of_lame():
     assert np.mean(recession) == pytest.approx(expected, rel=2e-4)
 
 
+@pytest.mark.slow
 def test_the_near_field_is_that_of_flamant():
     # Between two depths below a force, far from all edges: 2 F/(π E b) ln(t₂/t₁).
     flank = circle(60.0, 600)

@@ -311,6 +311,7 @@ def test_simulate_and_compare_use_it(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert plain.rms > 0.1
 
 
+@pytest.mark.slow
 def test_a_study_holds_it_fixed() -> None:
     spec = parse_spec(PLAIN + "[load]\ndisc_body = 'rigid'\n")
     twist = TorqueTwistResidual((-40.0, 40.0), (-3.0, 3.0), (0.1, 0.1), (-40.0, 40.0), (-3.0, 3.0), (0.1, 0.1))

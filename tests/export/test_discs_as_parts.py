@@ -91,6 +91,7 @@ def test_files_of_disc_2_have_its_openings(rv40e_record: DesignRecord, tmp_path:
     assert (tmp_path / "profile.csv").read_bytes() == (tmp_path / "profile_disc_2.csv").read_bytes()
 
 
+@pytest.mark.slow
 def test_equal_discs_have_one_set_of_files_and_a_sentence(rv40e_record: DesignRecord, tmp_path: Path) -> None:
     outline = replace(rv40e_record.outline, contours=rv40e_record.outline.contours[:1])
     record = replace(rv40e_record, outline=outline)

@@ -79,6 +79,7 @@ def test_a_free_scan_shows_no_runout_and_a_partial_one_is_refused(record: Design
         inspected(record, points[: points.size // 2])
 
 
+@pytest.mark.slow
 def test_command_passes_fails_and_refuses(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     spec, file = tmp_path / "spec.toml", tmp_path / "scan.csv"
     points = drawn_points(5, NOISE, pitch=SIZE)

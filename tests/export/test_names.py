@@ -162,6 +162,7 @@ def test_no_note_where_the_name_is_kept() -> None:
     assert len(ascii_name_notes(spec, ("gcode", "dmis"))) == 1
 
 
+@pytest.mark.slow
 def test_letters_without_a_font_are_a_note_of_command_and_manifest(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

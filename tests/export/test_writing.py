@@ -134,6 +134,7 @@ def reset(folder: Path) -> None:
     write(folder, OLD)
 
 
+@pytest.mark.slow
 def test_killed_at_every_call_leaves_no_mixture(folder: Path, method: str) -> None:
     ends: dict[str, int] = {"old": 0, "new": 0}
     for number in range(1, 200):
@@ -153,6 +154,7 @@ def test_killed_at_every_call_leaves_no_mixture(folder: Path, method: str) -> No
     assert ends["new"] >= 2
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("restored")
 def test_a_fault_at_every_call_is_one_sentence_and_no_mixture(folder: Path, method: str) -> None:
     said = []
@@ -226,6 +228,7 @@ def signal_at_line(number: int) -> Callable[[], int]:
 
 
 # A signal between the opening of a file and its block leaves the closing to the collector.
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 @pytest.mark.usefixtures("interrupted_by_sigint")
 def test_a_signal_at_any_line_leaves_one_package_and_nothing_else(tmp_path: Path) -> None:

@@ -180,6 +180,7 @@ def test_faults_of_a_spec_are_chinese(
     )
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("zh")
 def test_json_stays_english(bench: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["inspect", str(bench / "mine.toml"), str(bench / "scan.csv"), "-q", "--json", "--out", str(tmp_path)]

@@ -111,6 +111,7 @@ def test_printed_drive_of_the_catalogue_is_sound() -> None:
     assert design_disc(catalog_drive("printed_11")).failures == ()
 
 
+@pytest.mark.slow
 def test_the_bytes_depend_on_neither_clock_nor_hash_seed(tmp_path: Path) -> None:
     """Clip paths, hatches and gradients have identifiers, and metadata a date: both are fixed."""
     script = (

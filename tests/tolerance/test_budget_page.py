@@ -39,6 +39,7 @@ def page() -> str:
     return PAGE.read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_tables_are_those_of_the_code(page: str, capsys: pytest.CaptureFixture[str]) -> None:
     tables = tables_of_the_example(page)
     shown = capsys.readouterr().out

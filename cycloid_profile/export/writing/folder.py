@@ -49,7 +49,7 @@ class Protection:
         """Raises ``ExportError`` where ``folder`` cannot be one, or ``check`` refuses one of ``names`` in it."""
         standing = next(one for one in (folder, *folder.absolute().parents) if os.path.lexists(one))
         if not standing.is_dir():
-            raise _refusal(standing, "it is a file")
+            raise _refusal(standing, "it is a file, not a folder")
         for name in names:
             self.check(folder / name)
 
