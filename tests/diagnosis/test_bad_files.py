@@ -26,6 +26,7 @@ from cycloid_profile.diagnosis.data.screening import screen
 from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.errors import MeasurementError
 from cycloid_profile.measurement import Measurement, format_measurement, parse_measurement
+from cycloid_profile.rig import Settings, simulate
 from cycloid_profile.spec import parse_spec
 from tests.diagnosis.blind import (
     KINDS,
@@ -168,6 +169,15 @@ def test_compare_refuses_what_diagnose_refuses(
 ) -> None:
     name, change, named = REFUSED[mistake]
     assert named in _refused_by_the_command(format_measurement(change(good(name))), tmp_path, capsys, "compare")
+
+
+def test_small_transmission_error_is_believed_where_the_prediction_is_as_small() -> None:
+    light = simulate(reducer(), "transmission_error", Settings(torque=8e3, points=240))
+    assert np.std(light["error_arcsec"]) < 0.01  # no encoder resolves less, and at full load none is as small
+    assert diagnose(reducer(), [light]).verdict == "agrees"
+    rated = replace(light, keys={**light.keys, "torque_nm": f"{RATED}"})
+    with pytest.raises(MeasurementError, match="smaller than any encoder sees"):
+        diagnose(reducer(), [rated])
 
 
 @pytest.mark.parametrize("torque", ["412000", "-412000"])
