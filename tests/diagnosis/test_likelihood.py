@@ -20,6 +20,7 @@ from cycloid_profile.design import as_built_reducer
 from cycloid_profile.diagnosis import Residuals, nuisance_fitted
 from cycloid_profile.diagnosis.data.noise import Noise, _Ordinates, sidak, upper_tail
 from cycloid_profile.diagnosis.data.recording import record
+from cycloid_profile.diagnosis.model._model_error import form_error
 from cycloid_profile.diagnosis.model.candidate import Candidate, candidates
 from cycloid_profile.diagnosis.model.evidence import (
     Library,
@@ -33,7 +34,8 @@ from cycloid_profile.diagnosis.model.evidence import (
 )
 from cycloid_profile.diagnosis.model.whitened import FileEquations, NormalEquations, Whitened, normal_equations
 from cycloid_profile.effects import AsBuiltReducer
-from cycloid_profile.measurement import parse_measurement
+from cycloid_profile.measurement import TRANSMISSION_ERROR, parse_measurement
+from cycloid_profile.rig import Settings, simulate
 from cycloid_profile.spec import parse_spec
 from tests.diagnosis import blind
 
@@ -227,6 +229,16 @@ def test_nuisances_are_fitted_to_the_rows_asked_for(held_out):
 def equations(b: list[float], R: list[list[float]], members: list[Candidate]) -> NormalEquations:
     b, R = np.asarray(b, dtype=float), np.asarray(R, dtype=float)
     return NormalEquations(tuple(members), b, R, 900.0, 1000, (FileEquations(R, 1000, 0.3, 0.008),))
+
+
+def test_the_form_of_an_effect_has_no_error_in_a_zero_that_is_not_seen():
+    reducer = as_built_reducer(parse_spec(blind.spec_text(blind.Reducer())))
+    curve = simulate(reducer, TRANSMISSION_ERROR, Settings(points=240, noise=0.1))
+    recording, angle = record(reducer, curve), np.radians(curve["output_angle_deg"])
+    signature = np.sin(angle + 0.3)
+    error, raised = (form_error(signature + zero, reducer, recording, angle, angle) for zero in (0.0, 5.0))
+    np.testing.assert_allclose(raised, error, rtol=0.0, atol=1e-12)
+    assert np.max(np.abs(error)) > 0.01
 
 
 @pytest.mark.parametrize(("b", "R"), [(3.0, 4.0), (-1.0, 2.0), (40.0, 25.0)])
