@@ -25,6 +25,7 @@ from cycloid_profile.diagnosis.model.candidate import Candidate, candidates
 from cycloid_profile.diagnosis.model.evidence import (
     Library,
     best_extension_or_self,
+    distinct,
     estimate,
     is_plausible,
     linear_evidence,
@@ -286,6 +287,12 @@ def test_evidence_of_a_direction_and_of_two_effects_is_their_integral():
     alone, both = (linear_evidence(found, priors, members) for members in ([1], [1, 0]))
     assert best.log_evidence == pytest.approx(max(alone, both))
     assert best.members == ((1, 0) if both > alone else (1,))
+
+
+def test_a_candidate_is_visible_by_either_of_its_columns():
+    three = some(False, "disc_runout", "disc_oval", "cumulative_pitch_error")
+    R = block_diag(np.diag([9.0, 0.0]), np.diag([0.0, 9.0]), np.zeros((2, 2)))
+    np.testing.assert_array_equal(distinct(equations([0.0] * 6, R, three), []), [0, 1])
 
 
 def test_effects_that_share_a_pattern_share_the_evidence():

@@ -96,6 +96,12 @@ def test_power_is_the_fall_of_chi2_by_the_shape_of_the_effect(drawn, chattering,
     assert found[0] == pytest.approx(expected, rel=5e-3)
 
 
+def test_noise_alone_has_no_excess(drawn):
+    found = UnscannedWaves(model_of(drawn).baseline.blocks, (), 1)
+    # Two standard deviations of chi² below the number of rows, give or take two.
+    assert -6.0 < found.excess / np.sqrt(found.z.size) < -0.5
+
+
 def test_wave_and_disc_are_identified(chattering):
     peaks = {disc: UnscannedWaves(chattering.baseline.blocks, (), disc).strongest() for disc in (1, 2, None)}
     best = max(peaks, key=lambda disc: peaks[disc][0].power)

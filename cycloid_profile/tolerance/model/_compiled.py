@@ -12,7 +12,6 @@ import numpy as np
 
 from cycloid_profile.arrays import FloatArray, IntArray
 from cycloid_profile.compiled import inner, kernel
-from cycloid_profile.contact.stage import StageEnergy
 from cycloid_profile.contact.stage._kernels import PoseProblem, StageArrays, least_energy, width_at, workspace
 
 _ABREAST = 8  # reducers side by side: as many numbers as the processor keeps in registers
@@ -79,7 +78,8 @@ def least_turns(  # pragma: no cover - compiled, out of the sight of the coverag
 
 
 def balanced_reducers(
-    energy: StageEnergy,
+    drawn: StageArrays,
+    load: FloatArray,
     gap: FloatArray,
     stretch: FloatArray,
     play: FloatArray,
@@ -92,18 +92,19 @@ def balanced_reducers(
     """Rotation of the output [rad], highest peak pressure [MPa], that of one ``contact`` of each load, and the contact
     with the highest, counted over all discs; shape (reducers, loads). NaN without equilibrium.
 
-    ``energy`` of the stage as drawn, under any contact law, its poses all loads, of which each reducer has those
-    ``chosen``, shape (reducers, loads); ``gap`` (reducers, loads, discs, pins) and ``stretch`` (reducers, loads,
-    bearings, 2) of each reducer in place of those as drawn [mm]; ``play`` of its bearings, shape (reducers,) [mm];
-    ``pressure_per_root_force``, peak pressure of each contact under 1 N [MPa]; ``start`` of the search; ``tolerance``
-    of the imbalance over the torque; ``contact``: the one with the highest pressure unless given.
+    The stage as ``drawn``, under any contact law, its poses all loads, of which each reducer has those ``chosen``,
+    shape (reducers, loads), and the forces ``load`` that deform its elastic discs; ``gap`` (reducers, loads, discs,
+    pins) and ``stretch`` (reducers, loads, bearings, 2) of each reducer in place of those as drawn [mm]; ``play`` of
+    its bearings, shape (reducers,) [mm]; ``pressure_per_root_force``, peak pressure of each contact under 1 N [MPa];
+    ``start`` of the search; ``tolerance`` of the imbalance over the torque; ``contact``: the one with the highest
+    pressure unless given.
     """
     turned, pressure, followed = np.empty((3, *gap.shape[:2]))
     first = np.full(gap.shape[:2], -1, np.int64)
     asked = first if contact is None else np.ascontiguousarray(contact)
     _balanced(
-        energy.arrays(), np.array(energy.load, order="C"), gap, stretch, play, pressure_per_root_force, start,
-        tolerance, chosen, asked, turned, pressure, followed, first,
+        drawn, load, gap, stretch, play, pressure_per_root_force, start, tolerance, chosen, asked, turned, pressure,
+        followed, first,
     )  # fmt: skip
     return turned, pressure, followed, first
 

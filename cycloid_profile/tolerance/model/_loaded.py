@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -30,6 +31,7 @@ from cycloid_profile.errors import SolveError
 from cycloid_profile.tolerance.model._crank_locked import sparse_columns
 
 if TYPE_CHECKING:
+    from cycloid_profile.contact.stage._kernels import StageArrays
     from cycloid_profile.tolerance.model._compiled import SearchStart
 
 TOLERANCE = 1e-7  # of the torque, out of balance
@@ -135,14 +137,20 @@ class LoadedStage:
             np.maximum(self.energy.play + _weighted(x, self.play_by_unit), self.energy.bearing.least_play),
         )
 
+    @cached_property
+    def _arrays(self) -> StageArrays:
+        """The stage as drawn in the form of the compiled search, made once for all reducers."""
+        return self.energy.arrays()
+
     def _block(self, x: FloatArray, chosen: IntArray, contact: IntArray | None) -> LoadedAnswers:
         from cycloid_profile.tolerance.model._compiled import balanced_reducers, chosen_rows
 
         gap, stretch, play = self.errors(x, chosen)
         some = np.ascontiguousarray(chosen)
         turned, pressure, followed, first = balanced_reducers(
-            self.energy, gap, stretch, play, self.pressure_per_root_force, self.start, TOLERANCE, some, contact
-        )
+            self._arrays, np.ascontiguousarray(self.energy.load), gap, stretch, play, self.pressure_per_root_force,
+            self.start, TOLERANCE, some, contact,
+        )  # fmt: skip
         turned += self.reducer.series_twist(self.energy.torque)[some]
         read = self.read_by_unit
         chosen_rows(read.indptr, read.indices, read.data, np.ascontiguousarray(x), some, turned[..., np.newaxis])
