@@ -153,8 +153,8 @@ def test_input_lock_without_first_stage_is_the_crank_lock():
 
 def test_each_disc_turns_until_it_touches_whatever_the_other_does(theoretical):
     # Wear of many micrometres on a single lobe: one disc needs more steps than the other.
-    worn = np.where(np.abs(np.linspace(0.0, 2.0 * math.pi * 39, 39 * 24, endpoint=False) - 40.0) < 3.0, 0.02, 0.0)
-    curve = NormalDeviation(np.linspace(0.0, 2.0 * math.pi * 39, 39 * 24, endpoint=False), worn, 39)
+    phase = np.linspace(0.0, 2.0 * math.pi * 39, 39 * 24, endpoint=False)
+    curve = NormalDeviation(phase, np.where(np.abs(phase - 40.0) < 3.0, 0.02, 0.0), 39)
     tooth = modify(theoretical, Equidistant(0.01), MeasuredDeviation(curve))
     meshing = mesh(theoretical.trochoid, mesh_cycle(theoretical.trochoid, 40), 2)
     found = first_touch(tooth, 3.0, meshing, np.array([1.0, -1.0]))

@@ -78,15 +78,16 @@ def test_forces_by_a_deformation_are_those_of_a_new_solve(rv40e, play):
     some = np.argsort(nominal.force.reshape(len(CRANK), -1), axis=1)[:, -6:]
     found = tangent.forces_per_deformation(some)
     pin, size = int(some[0, -1]) % pins, 1e-5
+
+    def place(sharing):
+        return np.column_stack([sharing.rotation, sharing.stage.motion.reshape(len(CRANK), -1)])
+
     changes, motions = {}, {}
     for name, change in (("pin_oversize", np.zeros(pins)), ("eccentric_shift", np.zeros((2, 3), dtype=complex))):
         change[pin if name == "pin_oversize" else (1, 2)] = size
         solved = StageEquilibrium(tolerance=1e-13, deviations=PartDeviations(**{name: change})).at(case, CRANK)
         changes[name] = np.take_along_axis((solved.force - nominal.force).reshape(len(CRANK), -1), some, axis=1) / size
-        moved = np.concatenate([each.stage.motion.reshape(len(CRANK), -1) for each in (solved, nominal)])
-        turned = np.concatenate([solved.rotation, nominal.rotation])
-        before, after = np.split(np.column_stack([turned, moved]), 2)[::-1]
-        motions[name] = (after - before) / size
+        motions[name] = (place(solved) - place(nominal)) / size
     by_pin = found[:, :, pin] + found[:, :, pins + pin]
     # An eccentric displaced along its own throw, at the angle of its disc.
     along = np.exp(1j * tangent.crank_angle[:, 1])[:, np.newaxis]

@@ -201,10 +201,10 @@ def test_file_given_twice_is_refused(held_out: bool) -> None:
 def test_scan_of_another_drive_is_refused(drive: str, datum: str) -> None:
     other = replace(REDUCER, **OTHER_DRIVES[drive])
     measured = parse_measurement(scan(other, (), points=1200, noise=Noise(0.3), datum=datum, seed=2), "bad.csv")
-    lobes = other.pins - 1
-    counted = "" if other.pins == REDUCER.pins else f"lobes = {lobes} are not the {REDUCER.pins - 1} of this drive.*"
-    counted = {"less eccentricity": "median deviation .*", "thinner pins": "median distance .*"}.get(drive, counted)
-    with pytest.raises(MeasurementError, match=rf"{counted}scan of another disc"):
+    reason = {"less eccentricity": "median deviation .*", "thinner pins": "median distance .*"}.get(drive, "")
+    if other.pins != REDUCER.pins:
+        reason = f"lobes = {other.pins - 1} are not the {REDUCER.pins - 1} of this drive.*"
+    with pytest.raises(MeasurementError, match=f"{reason}scan of another disc"):
         diagnose(reducer(), [measured])
 
 

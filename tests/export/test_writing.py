@@ -393,6 +393,13 @@ def test_what_others_add_meanwhile_is_kept(folder: Path, monkeypatch: pytest.Mon
     assert contents(folder)["deep/late.csv"] == "mine"
 
 
+def test_a_link_to_a_folder_that_is_still_to_be_made_is_followed(tmp_path: Path) -> None:
+    (tmp_path / "link").symlink_to(tmp_path / "new")
+    PROTECTED.check_folder(tmp_path / "link", ["report.html"])
+    write(tmp_path / "link", NEW)
+    assert contents(tmp_path / "new") == contents(tmp_path / "link") != {}
+
+
 def test_links_that_lead_round_in_a_circle_and_pipes_are_refused(tmp_path: Path) -> None:
     (tmp_path / "a").symlink_to(tmp_path / "b")
     (tmp_path / "b").symlink_to(tmp_path / "a")

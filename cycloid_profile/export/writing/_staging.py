@@ -112,8 +112,6 @@ def _place(folder: Path) -> Path:
     sibling = folder.parent / f".{folder.name}.{PARTIAL}"
     if not folder.exists():
         return sibling
-    if not folder.is_dir():
-        raise NotADirectoryError(20, "it is a file, not a folder", str(folder))
     sibling_possible = os.access(folder.parent, os.W_OK) and folder.stat().st_dev == folder.parent.stat().st_dev
     return sibling if sibling_possible and folder.name else folder / f".{PARTIAL}"
 

@@ -47,7 +47,7 @@ class Protection:
 
     def check_folder(self, folder: Path, names: Iterable[str] = ()) -> None:
         """Raises ``ExportError`` where ``folder`` cannot be one, or ``check`` refuses one of ``names`` in it."""
-        standing = next(one for one in (folder, *folder.absolute().parents) if os.path.lexists(one))
+        standing = next(one for one in (folder, *folder.absolute().parents) if one.exists())
         if not standing.is_dir():
             raise _refusal(standing, "it is a file, not a folder")
         for name in names:
@@ -74,6 +74,7 @@ def atomic_folder(
     shown = folder
     try:
         folder = _resolved(folder)
+        protection.check_folder(shown)
         # From the first renamed file to the removal of the scratch folder no signal takes effect.
         with ExitStack() as to_the_end, staging(folder, shared) as stage:
             yield stage.new
