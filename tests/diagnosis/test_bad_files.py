@@ -25,7 +25,7 @@ from cycloid_profile.diagnosis.data.recording import record
 from cycloid_profile.diagnosis.data.screening import screen
 from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.errors import MeasurementError
-from cycloid_profile.measurement import Measurement, format_measurement, parse_measurement
+from cycloid_profile.measurement import Measurement, format_measurement, parse_measurement, read_measurement
 from cycloid_profile.rig import Settings, simulate
 from cycloid_profile.spec import parse_spec
 from tests.diagnosis.blind import (
@@ -169,6 +169,28 @@ def test_compare_refuses_what_diagnose_refuses(
 ) -> None:
     name, change, named = REFUSED[mistake]
     assert named in _refused_by_the_command(format_measurement(change(good(name))), tmp_path, capsys, "compare")
+
+
+def test_file_of_another_program_in_another_unit_is_read_as_its_refusal_advises(tmp_path: Path) -> None:
+    ours, file = times(1e3, "x_mm", "y_mm")(good("scan")), tmp_path / "bad.csv"
+    np.savetxt(file, np.stack([ours["x_mm"], ours["y_mm"]], axis=1), header="x,y", delimiter=",", comments="")
+    with pytest.raises(MeasurementError, match="in µm") as refusal:
+        screen_files(reducer(), [read_measurement(file)])
+    advice = re.search(r"or add --columns (\S+)", str(refusal.value))
+    assert advice is not None
+    screen_files(reducer(), [read_measurement(file, [advice[1]])])
+    # A file of our own names its columns.
+    with pytest.raises(MeasurementError, match="in µm") as refusal:
+        screen_files(reducer(), [ours])
+    assert "--columns" not in str(refusal.value)
+
+
+def test_scan_about_another_origin_is_refused_with_its_distance() -> None:
+    text = scan(REDUCER, (), points=1200, noise=Noise(0.3), offset_um=(180.0, -240.0), seed=1)
+    measured = parse_measurement(text, "bad.csv")
+    with pytest.raises(MeasurementError, match=r"origin = 0\.300 mm off the bore axis .*'# datum: free'"):
+        screen(reducer(), measured)
+    screen(reducer(), key("datum", "free")(measured))
 
 
 def test_small_transmission_error_is_believed_where_the_prediction_is_as_small() -> None:

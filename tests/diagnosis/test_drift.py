@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from cycloid_profile.design import as_built_reducer
 from cycloid_profile.diagnosis import diagnose
@@ -38,6 +39,27 @@ def test_drift_of_half_a_standard_deviation_is_found():
     assert np.allclose(turns(0.5), 1.0, atol=0.5)
 
 
+@pytest.mark.parametrize("slope", [0.0, 2.0])
+def test_the_zero_of_the_angles_does_not_change_a_drift(slope):
+    # On unevenly spaced rows a constant is no sum of waves.
+    angle = 2.0 * np.pi * np.linspace(0.0, 1.0, 600) ** 1.5
+    residual = np.random.default_rng(1).normal(size=600) + slope * np.linspace(-1.0, 1.0, 600)
+    width = turn_drift(residual, angle, RowNoise(1.0))
+    assert (width > 0.0) == (slope > 0.0)
+    assert turn_drift(residual + 1000.0, angle, RowNoise(1.0)) == pytest.approx(width, abs=1e-6)
+
+
+def test_a_texture_of_slow_waves_is_no_drift():
+    # Part of each wave of 13 to 60 a turn looks like a ramp, which the scatter of the rows does not account for.
+    angle, orders = np.arange(300) * 2.0 * np.pi / 300, np.arange(13, 61)
+    found = []
+    for seed in range(10):
+        draws = np.random.default_rng(seed)
+        waves = 3.0 * np.cos(angle[:, np.newaxis] * orders + draws.uniform(0.0, 2.0 * np.pi, orders.size))
+        found.append(turn_drift(draws.normal(size=300) + np.sum(waves, axis=1), angle, RowNoise(1.0)))
+    assert sum(width > 0.0 for width in found) <= 1
+
+
 def test_part_of_a_turn_shows_no_drift():
     part = slice(0, ROWS // 2)
     assert turn_drift((3.0 * RAMP)[part], ANGLE[part], RowNoise(1.0)) == 0.0
@@ -53,6 +75,26 @@ def test_drift_of_a_loop(slope, found):
         noisy = residual + np.random.default_rng(seed).normal(size=240) + slope * np.linspace(-1.0, 1.0, 240)
         widths.append(loop_drift(noisy[rows], torque[rows], rows, RowNoise(1.0)) > 0.0)
     assert sum(widths) >= 8 if found else sum(widths) <= 1
+
+
+def test_a_loop_that_passes_each_branch_once_shows_no_drift():
+    # On one pass the time is a function of the torque: a drift cannot be distinguished from an effect.
+    torque = np.concatenate([np.linspace(-400, 400, 120), np.linspace(400, -400, 120)])
+    assert loop_drift(50.0 * np.linspace(-1.0, 1.0, 240), torque, np.arange(240), RowNoise(1.0)) == 0.0
+
+
+def test_errors_that_no_form_describes_are_no_drift_of_few_points():
+    # 15 points less three fixed columns and four of the drift leave eight degrees of freedom: the limit of χ² for one
+    # file in 80 is passed as often as F with four and eight degrees exceeds a quarter of it.
+    towards, count = np.exp(2j * np.pi * np.arange(15) / 15), 400
+    found = [
+        origin_drift(
+            5.0 * np.random.default_rng(seed).normal(size=15), towards, np.arange(15), np.ones((15, 1)), RowNoise(1.0)
+        )
+        for seed in range(count)
+    ]
+    expected = stats.f.sf(stats.chi2.isf(1.0 / 80.0, 4) / 4.0, 4, 8)
+    assert np.mean(np.array(found) > 0.0) == pytest.approx(expected, abs=4.0 * np.sqrt(expected / count))
 
 
 def test_waves_that_no_form_describes_do_not_change_the_width_of_a_drift():

@@ -42,6 +42,20 @@ def test_two_rows_displaced_to_opposite_sides_are_errors(row, sigmas, neighbour)
     assert np.flatnonzero(gross_errors(residual, SIGMA)).tolist() == [row, row + 1]
 
 
+def test_an_error_near_two_larger_ones_is_omitted():
+    # The larger two tilt two of the five slopes across the row of the first: the median of five does not follow them.
+    residual = np.zeros(ROWS)
+    residual[[100, 102, 104]] = 10.0 * SIGMA, 1000.0 * SIGMA, 1000.0 * SIGMA
+    assert np.flatnonzero(gross_errors(residual, SIGMA)).tolist() == [100, 102, 104]
+
+
+def test_five_errors_among_eleven_rows_are_omitted():
+    # Six of the eleven are right: a majority.
+    residual = np.zeros(ROWS)
+    residual[100:110:2] = 10.0 * SIGMA
+    assert np.flatnonzero(gross_errors(residual, SIGMA)).tolist() == [100, 102, 104, 106, 108]
+
+
 @pytest.mark.parametrize(("sigmas", "feature"), [(3.09, False), (3.17, True)])
 def test_a_displaced_neighbour_makes_a_feature_at_three_in_a_thousand(sigmas, feature):
     # Three tests of the neighbours, 3·Φ(−3.13) = 0.0026, and a second error on either side, 2/5000.

@@ -55,6 +55,18 @@ def test_other_files_keep_their_noise():
         assert kept[0] is alone
 
 
+def test_eight_rows_at_the_same_places_are_enough():
+    error = np.random.default_rng(3).normal(size=(2, 8))
+    files = []
+    for one in error:
+        columns = {"output_angle_deg": 45.0 * np.arange(8), "error_arcsec": one}
+        measurement = Measurement(TRANSMISSION_ERROR, columns, {"specimen": "A", "torque_nm": "412"})
+        files.append(Recording(measurement, 0, np.arange(8), np.zeros(8, dtype=bool), Noise(0.43)))
+    # The difference of two files scatters by √2 as much as one.
+    expected = np.std(error[0] - error[1]) / np.sqrt(2.0)
+    assert [one.noise.sigma for one in with_noise_of_repeats(files)] == pytest.approx([expected, expected])
+
+
 def test_omitted_rows_of_one_file_are_omitted_in_the_difference():
     one, other = turn(1, specimen="A"), turn(2, specimen="A")
     some = np.delete(np.arange(ROWS), [10, 500, 501])

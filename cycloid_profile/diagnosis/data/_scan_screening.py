@@ -164,7 +164,7 @@ def _count_lobes(z: np.ndarray) -> int:
     strength = np.empty(orders.size)
     for i in range(orders.size):
         rotated = rotated * wave
-        strength[i] = abs(np.sum(anomaly * rotated))
+        strength[i] = abs(anomaly @ rotated)
     return int(orders[int(np.argmax(strength))])
 
 

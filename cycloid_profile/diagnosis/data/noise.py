@@ -150,8 +150,7 @@ def estimate_noise(
     runs = list(_runs(residual, index))
     ordinates = [_ordinates(run, low_end) for run in runs]
     if sum(one.power.size for one in ordinates) < _LEAST_ROWS:
-        spread = float(np.std(residual)) if residual.size > 1 else 1.0
-        return Noise(stated if stated is not None else max(spread, 1e-12))
+        return _noise_of_few(residual, stated)
     spectrum = _Ordinates(
         *(np.concatenate([getattr(one, part.name) for one in ordinates]) for part in fields(_Ordinates))
     )
@@ -376,13 +375,17 @@ def local_noise(residual: FloatArray, index: IntArray, stated: float | None = No
     d = residual[3:] - 3.0 * residual[2:-1] + 3.0 * residual[1:-2] - residual[:-3]
     d = d[(index[3:] - index[:-3]) == 3]
     if d.size < _LEAST_ROWS:
-        spread = float(np.std(residual)) if residual.size > 1 else 1.0
-        return Noise(stated if stated is not None else max(spread, 1e-12))
+        return _noise_of_few(residual, stated)
     spread = 1.4826 * float(np.median(np.abs(d)))
     kept = d[np.abs(d) <= _CLIPPED * spread]
     # The squared coefficients 1, −3, 3, −1 sum to 20.
     sigma = stated if stated is not None else float(np.sqrt(np.mean(kept**2) / 20.0))
     return Noise(max(sigma, 1e-12))
+
+
+def _noise_of_few(residual: FloatArray, stated: float | None) -> Noise:
+    """White noise of rows that are too few for a spectrum: all that they scatter."""
+    return Noise(stated if stated is not None else max(float(np.std(residual)), 1e-12))
 
 
 def gross_errors(residual: FloatArray, sigma: float) -> BoolArray:
