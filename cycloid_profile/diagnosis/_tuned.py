@@ -4,6 +4,7 @@
 CONTACT_LAW = 0.12  # of the approach: the spread of six published laws
 BODY_OF_RIGID_DISC = 0.5  # of the approach: a finite-element disc moves the flank as far as the contact
 BODY_OF_ELASTIC_DISC = 0.15  # of the approach: meshes, holes and pillars left out
+UNEVEN_DISC = 1.0  # of what holes make softer in some directions: bolts, pillars and bearings in them are left out
 BEARING_STIFFNESS = 0.2  # of the bearing's stiffness: catalogue values scatter by as much
 FORM = 0.02  # of an effect, for each slow modulation of its pattern
 SCALE = 0.005  # of the size of an effect: two solvers of one law differ by as much

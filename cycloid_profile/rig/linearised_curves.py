@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
+from cycloid_profile.contact.bodies import DiscCompliance, stage_compliance
 from cycloid_profile.contact.stage import LoadedContacts, StageTangent
 from cycloid_profile.effects import AsBuiltReducer, ReducerChange
 from cycloid_profile.measurement import HYSTERESIS
@@ -55,6 +56,11 @@ class LinearisedCurve:
         (rows,).
         """
         changed = sum(one.term.weight * one.opened(by) for one in self._terms)
+        return np.asarray(changed) / self.prediction.unit
+
+    def softened(self, by: tuple[DiscCompliance, ...]) -> FloatArray:
+        """Change of the column by a further compliance of each disc, shape (rows,)."""
+        changed = sum(one.term.weight * one.softened(by) for one in self._terms)
         return np.asarray(changed) / self.prediction.unit
 
     def flank_weights(self, disc: int) -> list[FlankWeights]:
@@ -129,6 +135,17 @@ class _TermTangent:
         """Rotation by gaps opened at the loaded contacts, shape (rows,) [rad]."""
         at = self.tangent.contacts
         turned = np.bincount(at.pose, self.weight * by(at), self.term.sharing.torque.size)
+        return np.asarray(turned[self.term.equivalent.representative])
+
+    def softened(self, by: tuple[DiscCompliance, ...]) -> FloatArray:
+        """Rotation by a further compliance of the discs under the present forces, shape (rows,) [rad]."""
+        sharing, at = self.term.sharing, self.tangent.contacts
+        assert sharing.stage is not None
+        moved = np.einsum("pij,pj->pi", stage_compliance(by, sharing.stage.meshing), sharing.load)
+        pins = sharing.force[0].size
+        opening = moved[:, :pins].reshape(sharing.force.shape)[at.pose, at.disc, at.pin]
+        turned = np.bincount(at.pose, self.weight * opening, sharing.torque.size)
+        turned -= np.sum(self.tangent.bearings * moved[:, pins:].reshape(self.tangent.bearings.shape), axis=(1, 2))
         return np.asarray(turned[self.term.equivalent.representative])
 
     def _by_misfit_row_by_row(self, change: ReducerChange) -> FloatArray:

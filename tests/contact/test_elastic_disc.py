@@ -242,6 +242,22 @@ def test_the_tangent_is_that_of_differences(elastic, geometric):
     np.testing.assert_allclose((turned[0] - turned[1]) / (2.0 * size), slope, rtol=2e-3, atol=1e-9)
 
 
+def test_forces_that_go_round_the_disc_meet_the_uneven_part_evenly(elastic):
+    """Its mean over all turns by a lobe is zero; next to it the three crank holes of this disc are no small part."""
+    disc = elastic.disc_bodies[0]
+    uneven, points = disc.uneven_part, len(disc.own)
+    force = np.zeros(points)
+    force[3 : 3 + 8 * disc.per_lobe : disc.per_lobe] = np.hanning(10)[1:-1]
+    work = {}
+    for name, one in (("whole", disc), ("uneven", uneven)):
+        give = one.matrix[:points, :points] + np.diag(one.own)
+        around = [np.roll(force, lobe * disc.per_lobe) for lobe in range(disc.lobes)]
+        work[name] = np.array([turned @ give @ turned for turned in around])
+    np.testing.assert_allclose(work["uneven"], work["whole"] - np.mean(work["whole"]), rtol=0.0, atol=1e-12)
+    assert 0.01 < np.ptp(work["whole"]) / np.mean(work["whole"]) < 1.0
+    assert not uneven.matrix[points:].any()
+
+
 def test_a_central_eccentric_holds_its_disc_too(rv40e):
     drive = replace(rv40e, support=CentralEccentric(4e5), first_stage=None)
     contours = (circular_contour("bore", 0j, 16.0), *ring_of_holes("output hole", 6, 40.0, 8.0))

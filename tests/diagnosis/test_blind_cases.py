@@ -189,6 +189,16 @@ def test_loops_of_foreign_physics_are_left_without_a_name():
 
 
 @pytest.mark.slow
+def test_discs_that_are_equally_soft_all_round_are_no_effect():
+    """With two cranks the spec's discs are softer in some directions; those of the generator never are."""
+    seeds = (7440021, 7440050, 7441024, 7441038)
+    asked = {"effects": 0, "files": ("loop",)}
+    answers = run([Question("wide, clean, loop", seed, asked, wide=True) for seed in seeds], 2)
+    assert all(one.forms["reducer"] == "29 lobes" and one.forms["disc"] == "elastic, stated elastic" for one in answers)
+    assert [(one.verdict, one.error) for one in answers] == [("agrees", "")] * 4
+
+
+@pytest.mark.slow
 def test_phase_of_ring_runout_is_reported_up_to_180_degrees():
     """The phase of an effect common to both discs is reported with its value rotated by 180°."""
     asked = {"effects": 1, "files": ("loop",), "sizes": (1.0, 1.5), "names": ("pin_ring_runout",)}

@@ -70,6 +70,21 @@ class DiscCompliance(Described):
             "recession under 1 kN there": f"{np.min(own):.3f} to {np.max(own):.3f} µm",
         }
 
+    @property
+    def uneven_part(self) -> DiscCompliance:
+        """What the compliance between flank points differs by from its mean over all lobes: holes make a disc softer in
+        some directions. Zero for a disc that is the same at all lobes.
+        """
+        points, lobe = len(self.own), np.arange(self.lobes)
+        by_lobe = self.matrix[:points, :points].reshape(self.lobes, self.per_lobe, self.lobes, self.per_lobe)
+        ahead = (lobe[:, np.newaxis] + lobe) % self.lobes
+        mean = np.mean(by_lobe.transpose(0, 2, 1, 3)[lobe[:, np.newaxis], ahead], axis=0)
+        even = mean[(lobe - lobe[:, np.newaxis]) % self.lobes].transpose(0, 2, 1, 3).reshape(points, points)
+        matrix = np.zeros_like(self.matrix)
+        matrix[:points, :points] = self.matrix[:points, :points] - even
+        own = self.own - np.tile(np.mean(self.own.reshape(self.lobes, -1), axis=0), self.lobes)
+        return DiscCompliance(f"{self.key}, uneven part", self.lobes, self.per_lobe, matrix, own, self.sectors)
+
     def scaled(self, factor: float) -> DiscCompliance:
         """The compliance times ``factor``, as of another modulus or width."""
         return DiscCompliance(

@@ -33,7 +33,7 @@ def load_error(reducer: AsBuiltReducer, curve: LinearisedCurve) -> FloatArray:
     """Columns of the error that grows with the load, in the unit of the file, shape (rows, columns).
 
     Contact law (its factor and its exponent), coupling of neighbouring pins by the disc, and bearings, each with the
-    width in ``_tuned``.
+    width in ``_tuned``, and what makes elastic discs softer in some directions.
     """
     law, contact = reducer.case.law, reducer.case.line_contact
 
@@ -46,13 +46,16 @@ def load_error(reducer: AsBuiltReducer, curve: LinearisedCurve) -> FloatArray:
     def coupling(pitches: float) -> FloatArray:
         return curve.opened(lambda at: _coupled(at, reducer, pitches) * float(np.mean(approach(at))))
 
-    body = tuned.BODY_OF_RIGID_DISC if not reducer.case.disc_bodies else tuned.BODY_OF_ELASTIC_DISC
+    discs = reducer.case.disc_bodies
+    body = tuned.BODY_OF_ELASTIC_DISC if discs else tuned.BODY_OF_RIGID_DISC
     columns = [
         tuned.CONTACT_LAW * curve.opened(approach),
         tuned.CONTACT_LAW * curve.opened(exponent),
         body * coupling(_NEAR),
         body * coupling(_FAR),
     ]
+    if discs:
+        columns.append(tuned.UNEVEN_DISC * curve.softened(tuple(one.uneven_part for one in discs)))
     softer = tuned.BEARING_STIFFNESS / reducer.case.drive.support.bearing_stiffness
     with suppress(CycloidError):
         columns.append(curve.change(reducer.with_bearings(softer=softer)))

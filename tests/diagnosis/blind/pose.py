@@ -22,6 +22,7 @@ from .reducer import Reducer
 Array = np.ndarray
 _TOUCHES = 2
 _LEAST_ARM = 0.05  # of a pin that can be turned against, over the longest
+_OF_THE_WAY = 0.75  # all the way, the teeth of a soft disc swing for ever
 _OVERLAP = 1e-4  # turn back from pins and discs that bind, at most [rad]
 
 
@@ -104,7 +105,7 @@ class Poses:
         return some
 
     def pushed(self, u: Array) -> Poses:
-        """The same with every tooth where the forces at ``u`` on the other pins of its disc push it."""
+        """The same with every tooth moved most of the way to where the forces at ``u`` on the other pins push it."""
         some = copy.copy(self)
         push = []
         for j in range(self.reducer.discs):
@@ -112,7 +113,7 @@ class Poses:
             force, _, _ = self._law(j).answer(-gap - self.push[:, j])
             normal = slope[..., 0] + 1j * slope[..., 1]
             push.append(self.body.push(self.pins[:, j], self.reducer.pins, normal / np.abs(normal), force))
-        some.push = np.stack(push, axis=1)
+        some.push = self.push + _OF_THE_WAY * (np.stack(push, axis=1) - self.push)
         return some
 
     def overlap(self, u: Array) -> Array:

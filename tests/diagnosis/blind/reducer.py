@@ -11,6 +11,7 @@ class Reducer:
     """Numbers of a spec file, RV-40E unless given; keys carry their unit.
 
     No ``cranks`` is a central eccentric without a first stage. ``disc_body`` is what the spec file says of the discs.
+    ``body_twist_arcmin``: what elastic discs add to the twist at rated torque, by finite elements, mean over the poses.
     """
 
     name: str = "RV-40E"
@@ -33,6 +34,7 @@ class Reducer:
     radial_moving_um: float = 0.0
     compensation_um: float = 0.0
     disc_body: str = "rigid"
+    body_twist_arcmin: float = 0.135
 
     @property
     def lobes(self) -> int:
@@ -115,17 +117,20 @@ module_mm = {r.module_mm}
 # Drives of one to three kilograms to two hundred: few and many lobes, two and three cranks, a central eccentric.
 REDUCERS: dict[str, Reducer] = {
     "11 lobes": Reducer(
-        "11 lobes", 12, 45.0, 5.0, 2.2, 12.0, 2, 2, 22.0, 3.0e5, 12, 36, 0.9, rated_torque_nm=60.0, equidistant_um=12.0
+        "11 lobes", 12, 45.0, 5.0, 2.2, 12.0, 2, 2, 22.0, 3.0e5, 12, 36, 0.9, rated_torque_nm=60.0,
+        equidistant_um=12.0, body_twist_arcmin=0.07,
     ),
     "19 lobes, eccentric": Reducer(
-        "19 lobes, eccentric", 20, 40.0, 2.5, 1.1, 9.0, 2, 0, 0.0, 2.0e5, rated_torque_nm=50.0, equidistant_um=9.0
+        "19 lobes, eccentric", 20, 40.0, 2.5, 1.1, 9.0, 2, 0, 0.0, 2.0e5, rated_torque_nm=50.0,
+        equidistant_um=9.0, body_twist_arcmin=0.149,
     ),
     "29 lobes": Reducer(
-        "29 lobes", 30, 52.0, 3.0, 1.2, 10.0, 2, 2, 28.0, 3.0e5, 10, 34, 1.27, rated_torque_nm=167.0, equidistant_um=7.0
+        "29 lobes", 30, 52.0, 3.0, 1.2, 10.0, 2, 2, 28.0, 3.0e5, 10, 34, 1.27, rated_torque_nm=167.0,
+        equidistant_um=7.0, body_twist_arcmin=0.16,
     ),
     "39 lobes": Reducer(),
     "59 lobes": Reducer(
         "59 lobes", 60, 110.0, 3.5, 1.3, 17.0, 2, 3, 62.0, 7.0e5, 15, 45, 2.07, rated_torque_nm=1225.0,
-        equidistant_um=9.0,
+        equidistant_um=9.0, body_twist_arcmin=0.124,
     ),
 }  # fmt: skip

@@ -29,7 +29,7 @@ _NEAR = 22
 _LEAST_TORQUE = 1e3
 _STIFFNESS = 2e9  # about that of the stage [N·mm/rad]
 # Rounds of forces and teeth pushed by them; each leaves about a third of the error.
-_PUSHES, _PUSHED = 15, 2e-10  # change of the output angle that ends them [rad]
+_PUSHES, _PUSHED = 40, 2e-10  # change of the output angle that ends them [rad]
 
 
 @dataclass(frozen=True)
