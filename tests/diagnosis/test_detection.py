@@ -94,6 +94,19 @@ def test_a_short_deviation_is_found_in_a_window_of_its_rows():
     assert of_row.end == pytest.approx(position[240])
 
 
+def test_a_deviation_is_as_improbable_inwards_as_outwards():
+    def form(one: Residuals) -> np.ndarray:
+        return 0.5 * (one.lobe == 10) + 0.2 * np.cos(one.phase)
+
+    blocks = planted(form), planted(lambda one: -form(one), noise=-1.0)
+    outwards, inwards = ([f for f in detect([block], None).findings if f.coordinate != "file"] for block in blocks)
+    assert [(f.coordinate, f.start) for f in inwards] == [(f.coordinate, f.start) for f in outwards]
+    np.testing.assert_allclose([f.p_value for f in inwards], [f.p_value for f in outwards], rtol=1e-9)
+    np.testing.assert_allclose([abs(f.amplitude) for f in inwards], [abs(f.amplitude) for f in outwards], rtol=1e-9)
+    assert {f.coordinate for f in outwards if f.amplitude > 0.0} >= {"lobe", "psi_deg"}
+    assert {f.coordinate for f in inwards if f.amplitude < 0.0} == {"lobe", "psi_deg"}
+
+
 def test_one_reading_error_is_no_deviation_but_two_neighbours_are():
     draw = np.random.default_rng(3)
     z = draw.standard_normal(400)
@@ -143,6 +156,11 @@ def test_waves_of_chatter_are_found_in_the_spectrum():
     assert found.start == found.end == pytest.approx(200.5, abs=0.5)
     assert found.amplitude == pytest.approx(0.4, rel=0.15)
     assert found.over_accuracy == pytest.approx(found.amplitude / (math.sqrt(2.0) * ACCURACY))
+    assert found in detect([block], None).significant_findings
+    # A turn shows waves of the disc through many pins at a time: it has orders, but no waves of its own.
+    assert {one.coordinate for one in detect([planted(lambda one: 0.0 * one.residual, "turn")], None).findings} == {
+        "file", "output_angle_deg", "order",
+    }  # fmt: skip
 
 
 def test_each_effect_is_tested_at_its_best_place():

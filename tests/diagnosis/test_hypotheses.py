@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cycloid_profile.diagnosis.data.recording import record, torque_since_reversal
-from cycloid_profile.diagnosis.model._model_error import hat_functions, mesh_orders
+from cycloid_profile.diagnosis.model._model_error import form_error, hat_functions, mesh_orders
 from cycloid_profile.diagnosis.model.candidate import Candidate, candidates, chatter
 from cycloid_profile.diagnosis.model.chatter_spectrum import SPEEDS
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
@@ -170,6 +170,26 @@ def test_errors_of_all_discs_may_be_turned_by_half_a_turn():
     np.testing.assert_allclose(found[("pin_ring_runout", "disc_runout")], [-0.1, -0.2, 0.3, 0.4, -0.5, -0.6])
 
 
+def test_removals_of_an_effect_are_tabulated_once_for_all_files_and_states():
+    class Counted(FlankGrid):
+        times = 0
+
+        def after(self, *of):
+            self.times += 1
+            return super().after(*of)
+
+    oval, wear = *some("disc_oval", disc=1), *some("flank_wear", disc=1)
+    shared, scan = Counted(reducer()), residuals("scan").recording
+    model = ExactModel(reducer(), [scan, replace(scan, noise=replace(scan.noise, sigma=0.5))], shared)
+    for state in (model.baseline, model.state([wear], np.array([0.5, 0.0]))):
+        found = [one.columns([oval]) for one in state.residuals]
+        np.testing.assert_array_equal(*found)
+        assert np.any(found[0])
+    assert shared.times == oval.coordinates
+    # A model without a table of its own makes one.
+    assert ExactModel(reducer(), [scan]).flank_grid.touches(oval, 0)
+
+
 @pytest.mark.parametrize("waves", [100.0, 600.0, 1400.0])
 @pytest.mark.parametrize("speed", SPEEDS)
 def test_columns_of_short_waves_are_those_of_the_effect(waves, speed):
@@ -217,6 +237,25 @@ def test_a_fit_is_given_up_only_if_it_cannot_reach_the_best():
             assert again.misfit == pytest.approx(best.misfit, abs=0.05)
     # Cut short, it is no optimum.
     assert not model.optimum(Attempt((one,), start, steps=1), 0.0).converged
+
+
+def test_friction_that_has_turned_round_by_the_first_row_sticks_over_no_more_than_twice_its_torque():
+    # Friction of 10 N·m, which a change takes away, on a loop up to ±100 N·m without the rows within 5 N·m of its ends.
+    torque = np.concatenate([np.arange(-100.0, 100.0), np.arange(100.0, -100.0, -1.0), np.arange(-100.0, 101.0)])
+    branch = np.where(np.arange(torque.size) // 200 == 1, -1.0, 1.0)
+    rows = np.flatnonzero(np.abs(torque) <= 95.0)
+    rows = rows[rows > 200]
+    loop = residuals("loop").recording
+    measurement = replace(loop.measurement, columns={"torque_nm": torque, "angle_arcmin": torque})
+    recording = replace(loop, measurement=measurement, rows=rows)
+    found = form_error(10.0 * branch[rows], reducer(), recording, torque[rows], torque[rows])
+    # While it sticks friction passes linearly from one side to the other, and is zero half way: before 5 N·m.
+    passed = 100.0 + branch[rows] * torque[rows]
+    triangle = 0.5 * 10.0 * branch[rows] * np.maximum(1.0 - passed / 10.0, 0.0)
+    assert np.count_nonzero(triangle) == 2 * 5
+    np.testing.assert_allclose(found[:, -1], triangle, atol=1e-9)
+    # One that sticks over half of that torque slips at all rows.
+    np.testing.assert_allclose(found[:, -2], 0.0, atol=1e-9)
 
 
 def test_rows_of_a_loop_near_zero_on_the_stage_may_touch_either_flank():

@@ -16,7 +16,7 @@ from cycloid_profile.diagnosis.model.candidate import candidates, chatter
 from cycloid_profile.diagnosis.model.detection import detect
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
 from cycloid_profile.diagnosis.model.priors import priors_of
-from cycloid_profile.diagnosis.model.unscanned_waves import UnscannedWaves, unscanned
+from cycloid_profile.diagnosis.model.unscanned_waves import UnscannedWaves, _power, unscanned
 from cycloid_profile.diagnosis.model.whitened import Whitened, normal_equations
 from cycloid_profile.diagnosis.search._waves import waves_left
 from cycloid_profile.diagnosis.search.search import empty_fit
@@ -94,6 +94,15 @@ def test_power_is_the_fall_of_chi2_by_the_shape_of_the_effect(drawn, chattering,
     found = UnscannedWaves(blocks, [ring], disc).power(waves + np.array([0.0, 0.5]))
     # Candidate columns are interpolated on a grid, to some thousandths.
     assert found[0] == pytest.approx(expected, rel=5e-3)
+
+
+@pytest.mark.parametrize(("independence", "seen"), [(0.08, False), (0.12, True), (0.9, True)])
+def test_waves_whose_cosine_and_sine_are_nearly_one_column_have_no_power(independence, seen):
+    # Two rows in quadrature, so that cosine and sine span both: the fall is the whole χ². One row is lower than the
+    # other by tan(½ asin(independence)): twice the product of both over the sum of their squares is the independence.
+    z, C = np.array([1.3, -0.7]), np.array([1.0, 1j * np.tan(0.5 * np.arcsin(independence))])
+    whole = np.sum(np.abs(C) ** 2)
+    assert _power(z @ C, np.sum(C * C), whole, whole) == pytest.approx(z @ z if seen else 0.0)
 
 
 def test_noise_alone_has_no_excess(drawn):

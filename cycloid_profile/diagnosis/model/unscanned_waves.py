@@ -41,7 +41,7 @@ _OFF_LOBES = (
 )
 _GAIN = 2.0  # of chi²: least gain for a change of the number of waves
 _AT_ONCE = 2_000_000  # pairs of pins
-# Least independence of cosine and sine; below it one of them replaces both.
+# Least independence of cosine and sine; below it a wave has no power.
 _ONE_OF_TWO = 0.1
 
 

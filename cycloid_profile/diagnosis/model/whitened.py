@@ -122,8 +122,6 @@ def _stacked(columns: Sequence[FloatArray]) -> FloatArray:
 
 def diagonal(columns: Sequence[FloatArray]) -> FloatArray:
     """Columns of each file alone."""
-    if len(columns) == 1:
-        return columns[0]
     from scipy.linalg import block_diag
 
     return np.asarray(block_diag(*columns), dtype=np.float64)
