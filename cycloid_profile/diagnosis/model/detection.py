@@ -30,6 +30,7 @@ from cycloid_profile.units import DEGREE
 FALSE_ALARM = 0.005  # of a whole diagnosis: one in 200 without an effect raises an alarm
 _WINDOWS = (4, 12, 40, 120)  # rows, each about three times the one before
 _ALONE = 3.0  # standard deviations: a row seldom exceeds them by chance
+_TAKEN_OVER = 1e-9  # of the square of a column: the rest is rounding
 _PHASE_BINS = 24  # of 15° of ψ
 # The simulation error may be larger in the amplitude of a wave, and larger still at one place, than over a file.
 _WAVE_LIMIT = math.sqrt(2.0)
@@ -221,6 +222,7 @@ def _bins(base: Finding, z: FloatArray, number: np.ndarray, starts: FloatArray, 
 
 
 def _orders(base: Finding, block: Whitened, angle: FloatArray, orders: FloatArray) -> Finding:
+    from scipy.linalg import pinvh
     from scipy.special import chdtrc
 
     cosines = np.zeros((block.residuals.residual.size, orders.size))
@@ -232,7 +234,8 @@ def _orders(base: Finding, block: Whitened, angle: FloatArray, orders: FloatArra
     for i in range(orders.size):
         G = np.stack([c[:, i], s[:, i]], axis=1)
         R, b = block.product(G, G), block.product(G, z)
-        u = np.linalg.lstsq(R, b, rcond=1e-6)[0]
+        # An order that the nuisances take over leaves rounding only, however large it looks against itself.
+        u = pinvh(R, atol=_TAKEN_OVER * float(np.sum(G * G)), rtol=1e-6) @ b
         p = float(chdtrc(2, max(float(u @ b), 0.0)))
         if p < p_best or i == 0:
             best, p_best, amplitude = i, p, float(np.hypot(*u))
