@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from cycloid_profile.contact import PinSeats, StagePositions, Supports
@@ -99,7 +99,9 @@ def assert_equal(found, expected, rotation=TOLERANCES["rotation"]):
     assert np.all(found.settled)
     np.testing.assert_allclose(found.rotation, expected.rotation, rtol=0.0, atol=rotation)
     motion = TOLERANCES["motion in play" if expected.case.drive.support.bearing_play else "motion"]
-    np.testing.assert_allclose(found.place.motion, expected.place.motion, rtol=0.0, atol=motion)
+    # A disc that no pin presses on floats in the play of its bearings: nothing determines where.
+    held = np.any(expected.force > 0.0, axis=2)
+    np.testing.assert_allclose(found.place.motion[held], expected.place.motion[held], rtol=0.0, atol=motion)
     np.testing.assert_allclose(found.force, expected.force, rtol=0.0, atol=1e-6 * expected.max_force)
     # A pin with a wide gap presses on nothing: the series about its foot is not renewed, and its foot may be off.
     near_touch = (expected.force > 0.0) | (expected.gap < 0.002)
@@ -115,6 +117,7 @@ def assert_equal(found, expected, rotation=TOLERANCES["rotation"]):
 @pytest.mark.slow
 @settings(max_examples=12, deadline=None)
 @given(some=effects, share=st.sampled_from([1.0, -1.0, 0.03, -0.03]))
+@example(some=[CumulativePitchError(2.0, 0.0), CrankBearingClearance(1.5)], share=0.03)
 def test_whatever_effects_a_reducer_has(drawn, some, share):
     place = solved(drawn, share).place
     reducer = drawn
