@@ -207,9 +207,7 @@ def _form_error_of_loop(signature: FloatArray, recording: Recording) -> FloatArr
     slow = [elastic * t, elastic * t * t, elastic * t**3, path * t, path * branch, path * branch * t]
     # One friction slips at once, another sticks until it pulls the other way: they differ by a triangle of that length.
     full = branch * float(np.max(np.abs(path), initial=0.0))
-    # Friction lowers the twist of a rising branch; a change that takes friction away raises it.
-    slipped = branch * path * np.sum(branch * path) > 0.0
-    stick = 2.0 * float(np.min(past[slipped & (past > 0.0)], initial=_WHOLE_LOOP))
+    stick = 2.0 * float(np.min(past[(branch * path > 0.0) & (past > 0.0)], initial=_WHOLE_LOOP))
     after = [np.maximum(1.0 - past / (share * stick), 0.0) * full for share in _STICKS]
     return np.stack([*(tuned.FORM * one for one in slow), *(tuned.REVERSAL * one for one in after)], axis=1)
 
