@@ -206,6 +206,8 @@ def _form_error_of_loop(signature: FloatArray, recording: Recording) -> FloatArr
     path = signature - elastic
     slow = [elastic * t, elastic * t * t, elastic * t**3, path * t, path * branch, path * branch * t]
     # One friction slips at once, another sticks until it pulls the other way: they differ by a triangle of that length.
+    # Of friction that is present the rows that still stick answer, not those that slip: the first row of a branch for
+    # much friction, none for little. With the length of the slip a printed loop has no evidence of its softening left.
     full = branch * float(np.max(np.abs(path), initial=0.0))
     stick = 2.0 * float(np.min(past[(branch * path > 0.0) & (past > 0.0)], initial=_WHOLE_LOOP))
     after = [np.maximum(1.0 - past / (share * stick), 0.0) * full for share in _STICKS]
