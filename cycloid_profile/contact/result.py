@@ -12,7 +12,7 @@ import numpy as np
 
 from cycloid_profile._display import Described, frame
 from cycloid_profile.arrays import BoolArray, ComplexArray, FloatArray, IntArray
-from cycloid_profile.contact.bodies import bearing_law, stage_compliance
+from cycloid_profile.contact.bodies import bearing_law, stage_displacements
 from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.contact.mesh import Meshing
 from cycloid_profile.units import ARCMIN, NEWTON_METRE
@@ -291,7 +291,7 @@ class LoadSharing(Described):
             "crank bearings": np.sum(pressed * beyond, axis=(1, 2)),
         }
         if self.case.disc_bodies:
-            moved = np.einsum("pij,pj->pi", stage_compliance(self.case.disc_bodies, self.stage.meshing), self.load)
+            moved = stage_displacements(self.case.disc_bodies, self.stage.meshing, self.load)
             work["discs"] = np.sum(moved * self.load, axis=1)
         work |= {name: np.sum(moved * self.load, axis=1) for name, moved in self._moved_supports().items()}
         found: dict[str, FloatArray] = {name: each / self.torque for name, each in work.items()}

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
-from cycloid_profile.contact.bodies import DiscCompliance, stage_compliance
+from cycloid_profile.contact.bodies import DiscCompliance, stage_displacements
 from cycloid_profile.contact.stage import LoadedContacts, StageTangent
 from cycloid_profile.effects import AsBuiltReducer, ReducerChange
 from cycloid_profile.measurement import HYSTERESIS
@@ -141,7 +141,7 @@ class _TermTangent:
         """Rotation by a further compliance of the discs under the present forces, shape (rows,) [rad]."""
         sharing, at = self.term.sharing, self.tangent.contacts
         assert sharing.stage is not None
-        moved = np.einsum("pij,pj->pi", stage_compliance(by, sharing.stage.meshing), sharing.load)
+        moved = stage_displacements(by, sharing.stage.meshing, sharing.load)
         pins = sharing.force[0].size
         opening = moved[:, :pins].reshape(sharing.force.shape)[at.pose, at.disc, at.pin]
         turned = np.bincount(at.pose, self.weight * opening, sharing.torque.size)

@@ -12,6 +12,7 @@ from cycloid_profile.contact.bodies.elastic_disc import disc_compliance as disc_
 from cycloid_profile.contact.bodies.elastic_disc import places_on_discs as places_on_discs
 from cycloid_profile.contact.bodies.elastic_disc import read_disc_compliance as read_disc_compliance
 from cycloid_profile.contact.bodies.elastic_disc import stage_compliance as stage_compliance
+from cycloid_profile.contact.bodies.elastic_disc import stage_displacements as stage_displacements
 from cycloid_profile.contact.bodies.face_width import NO_RELIEF as NO_RELIEF
 from cycloid_profile.contact.bodies.face_width import AxialRelief as AxialRelief
 from cycloid_profile.contact.bodies.face_width import FaceWidth as FaceWidth

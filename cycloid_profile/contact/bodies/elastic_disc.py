@@ -35,6 +35,7 @@ _SAME = 1e-4  # of the area of the openings, which differ by their chords when t
 _FINE_CHORD = 1e-4  # mm
 _PAIR_BYTES, _PAIR_TIME = 64.0, 7e-6  # memory and s of one core for two flank points, measured with 550 to 3000
 _COPIES = 4.0  # of a matrix while it is read and checked
+_POSES_AT_ONCE = 64  # of displacements: compliances of 130 forces take 9 MB
 _DIGITS = 9  # of the sizes that name a disc in the cache
 
 
@@ -201,6 +202,18 @@ def stage_compliance(discs: tuple[DiscCompliance, ...], meshing: Meshing) -> Flo
     forces = count * (pins + 2 * some[0].bearings)
     found = np.empty((poses, forces, forces))
     fill_compliances(*compiled_discs(some), *places_on_discs(some, meshing), found)
+    return found
+
+
+def stage_displacements(discs: tuple[DiscCompliance, ...], meshing: Meshing, load: FloatArray) -> FloatArray:
+    """Displacements under the forces ``load`` on elastic discs, both of shape (poses, forces) [mm, N].
+
+    Order of the forces as in ``stage_compliance``.
+    """
+    found = np.empty_like(load)
+    for first in range(0, len(load), _POSES_AT_ONCE):
+        some = slice(first, first + _POSES_AT_ONCE)
+        found[some] = np.einsum("pij,pj->pi", stage_compliance(discs, meshing.poses(some)), load[some])
     return found
 
 
