@@ -139,14 +139,15 @@ class _TermTangent:
 
     def softened(self, by: tuple[DiscCompliance, ...]) -> FloatArray:
         """Rotation by a further compliance of the discs under the present forces, shape (rows,) [rad]."""
-        sharing, at = self.term.sharing, self.tangent.contacts
+        sharing, bearings = self.term.sharing, self.tangent.bearings
         assert sharing.stage is not None
         moved = stage_displacements(by, sharing.stage.meshing, sharing.load)
-        pins = sharing.force[0].size
-        opening = moved[:, :pins].reshape(sharing.force.shape)[at.pose, at.disc, at.pin]
-        turned = np.bincount(at.pose, self.weight * opening, sharing.torque.size)
-        turned -= np.sum(self.tangent.bearings * moved[:, pins:].reshape(self.tangent.bearings.shape), axis=(1, 2))
-        return np.asarray(turned[self.term.equivalent.representative])
+        flanks, holes = np.split(moved, [sharing.force[0].size], axis=1)
+        receded = flanks.reshape(sharing.force.shape)
+        by_holes = np.sum(bearings * holes.reshape(bearings.shape), axis=(1, 2))
+        by_flanks = self.opened(lambda at: receded[at.pose, at.disc, at.pin])
+        turned: FloatArray = by_flanks - by_holes[self.term.equivalent.representative]
+        return turned
 
     def _by_misfit_row_by_row(self, change: ReducerChange) -> FloatArray:
         """Rotation by the fits of the bearings, shape (rows,): the sun can differ between equivalent poses."""

@@ -11,6 +11,7 @@ from contextlib import suppress
 import numpy as np
 
 from cycloid_profile.arrays import ComplexArray, FloatArray
+from cycloid_profile.contact.bodies import DiscCompliance
 from cycloid_profile.contact.stage import LoadedContacts
 from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.data._smooth_forms import forms_of_scan, hat_functions, waves
@@ -29,11 +30,11 @@ _WHOLE_LOOP = 2.0  # of the largest torque
 _MULTIPLES = 6  # of lobes and pins: amplitudes fall with the harmonic
 
 
-def load_error(reducer: AsBuiltReducer, curve: LinearisedCurve) -> FloatArray:
+def load_error(reducer: AsBuiltReducer, curve: LinearisedCurve, uneven: tuple[DiscCompliance, ...]) -> FloatArray:
     """Columns of the error that grows with the load, in the unit of the file, shape (rows, columns).
 
     Contact law (its factor and its exponent), coupling of neighbouring pins by the disc, and bearings, each with the
-    width in ``_tuned``, and what makes elastic discs softer in some directions.
+    width in ``_tuned``, and ``uneven``, what makes elastic discs softer in some directions (empty for rigid ones).
     """
     law, contact = reducer.case.law, reducer.case.line_contact
 
@@ -46,16 +47,15 @@ def load_error(reducer: AsBuiltReducer, curve: LinearisedCurve) -> FloatArray:
     def coupling(pitches: float) -> FloatArray:
         return curve.opened(lambda at: _coupled(at, reducer, pitches) * float(np.mean(approach(at))))
 
-    discs = reducer.case.disc_bodies
-    body = tuned.BODY_OF_ELASTIC_DISC if discs else tuned.BODY_OF_RIGID_DISC
+    body = tuned.BODY_OF_ELASTIC_DISC if reducer.case.disc_bodies else tuned.BODY_OF_RIGID_DISC
     columns = [
         tuned.CONTACT_LAW * curve.opened(approach),
         tuned.CONTACT_LAW * curve.opened(exponent),
         body * coupling(_NEAR),
         body * coupling(_FAR),
     ]
-    if discs:
-        columns.append(tuned.UNEVEN_DISC * curve.softened(tuple(one.uneven_part for one in discs)))
+    if uneven:
+        columns.append(tuned.UNEVEN_DISC * curve.softened(uneven))
     softer = tuned.BEARING_STIFFNESS / reducer.case.drive.support.bearing_stiffness
     with suppress(CycloidError):
         columns.append(curve.change(reducer.with_bearings(softer=softer)))

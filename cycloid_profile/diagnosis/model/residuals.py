@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cycloid_profile.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from cycloid_profile.contact.bodies import DiscCompliance
 from cycloid_profile.diagnosis.data._drift import origin_path, smooth_path
 from cycloid_profile.diagnosis.data.recording import Recording
 from cycloid_profile.diagnosis.model._model_error import (
@@ -118,7 +119,14 @@ class Residuals:
 
     @cached_property
     def _load_error(self) -> FloatArray:
-        return load_error(self.reducer, self.first_order)
+        return load_error(self.reducer, self.first_order, self._uneven_discs)
+
+    @cached_property
+    def _uneven_discs(self) -> tuple[DiscCompliance, ...]:
+        """What makes the discs softer in some directions: no effect changes that, and it takes longer than the rest."""
+        if self._bare is not None:
+            return self._bare._uneven_discs
+        return tuple(one.uneven_part for one in self.reducer.case.disc_bodies)
 
     @cached_property
     def _order_error(self) -> FloatArray:
