@@ -11,7 +11,6 @@ from contextlib import suppress
 import numpy as np
 
 from cycloid_profile.arrays import ComplexArray, FloatArray
-from cycloid_profile.contact.bodies import DiscCompliance
 from cycloid_profile.contact.stage import LoadedContacts
 from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.data._smooth_forms import forms_of_scan, hat_functions, waves
@@ -30,11 +29,11 @@ _WHOLE_LOOP = 2.0  # of the largest torque
 _MULTIPLES = 6  # of lobes and pins: amplitudes fall with the harmonic
 
 
-def load_error(reducer: AsBuiltReducer, curve: LinearisedCurve, uneven: tuple[DiscCompliance, ...]) -> FloatArray:
+def load_error(reducer: AsBuiltReducer, curve: LinearisedCurve) -> FloatArray:
     """Columns of the error that grows with the load, in the unit of the file, shape (rows, columns).
 
     Contact law (its factor and its exponent), coupling of neighbouring pins by the disc, and bearings, each with the
-    width in ``_tuned``, and ``uneven``, what makes elastic discs softer in some directions (empty for rigid ones).
+    width in ``_tuned``.
     """
     law, contact = reducer.case.law, reducer.case.line_contact
 
@@ -54,12 +53,23 @@ def load_error(reducer: AsBuiltReducer, curve: LinearisedCurve, uneven: tuple[Di
         body * coupling(_NEAR),
         body * coupling(_FAR),
     ]
-    if uneven:
-        columns.append(tuned.UNEVEN_DISC * curve.softened(uneven))
     softer = tuned.BEARING_STIFFNESS / reducer.case.drive.support.bearing_stiffness
     with suppress(CycloidError):
         columns.append(curve.change(reducer.with_bearings(softer=softer)))
-    return np.stack([np.nan_to_num(column, posinf=0.0, neginf=0.0) for column in columns], axis=1)
+    return _finite(np.stack(columns, axis=1))
+
+
+def uneven_discs(reducer: AsBuiltReducer, curve: LinearisedCurve) -> FloatArray:
+    """The column of elastic discs that are softer in some directions, shape (rows, 1); none for rigid discs."""
+    if not reducer.case.disc_bodies:
+        return np.zeros((curve.prediction.rows.size, 0))
+    uneven = tuple(one.uneven_part for one in reducer.case.disc_bodies)
+    return _finite(tuned.UNEVEN_DISC * curve.softened(uneven)[:, np.newaxis])
+
+
+def _finite(columns: FloatArray) -> FloatArray:
+    found: FloatArray = np.nan_to_num(columns, posinf=0.0, neginf=0.0)
+    return found
 
 
 def path_error(reducer: AsBuiltReducer, curve: LinearisedCurve, recording: Recording) -> FloatArray:

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cycloid_profile.arrays import BoolArray, ComplexArray, FloatArray, IntArray
-from cycloid_profile.contact.bodies import DiscCompliance
 from cycloid_profile.diagnosis.data._drift import origin_path, smooth_path
 from cycloid_profile.diagnosis.data.recording import Recording
 from cycloid_profile.diagnosis.model._model_error import (
@@ -21,6 +20,7 @@ from cycloid_profile.diagnosis.model._model_error import (
     path_error,
     row_error,
     smooth_columns,
+    uneven_discs,
 )
 from cycloid_profile.diagnosis.model.candidate import Candidate
 from cycloid_profile.diagnosis.model.flank_grid import FlankGrid
@@ -119,14 +119,14 @@ class Residuals:
 
     @cached_property
     def _load_error(self) -> FloatArray:
-        return load_error(self.reducer, self.first_order, self._uneven_discs)
+        return np.hstack([load_error(self.reducer, self.first_order), self._uneven_discs])
 
     @cached_property
-    def _uneven_discs(self) -> tuple[DiscCompliance, ...]:
-        """What makes the discs softer in some directions: no effect changes that, and it takes longer than the rest."""
+    def _uneven_discs(self) -> FloatArray:
+        """That of discs softer in some directions, of the reducer without effects: it takes longer than the rest."""
         if self._bare is not None:
             return self._bare._uneven_discs
-        return tuple(one.uneven_part for one in self.reducer.case.disc_bodies)
+        return uneven_discs(self.reducer, self.first_order)
 
     @cached_property
     def _order_error(self) -> FloatArray:
