@@ -183,11 +183,8 @@ def test_foreign_physics_is_named_or_left_unknown():
 @pytest.mark.slow
 def test_loops_of_foreign_physics_are_left_without_a_name():
     answers = run(_asked({"wide, clean, loop": 6}), 2)
-    assert [answer.named for answer in answers] == [[]] * 6
-    # A drift that is no straight line in time is an unknown effect of a loop.
-    still = [answer for answer in answers if answer.forms["noise"] != "drift"]
-    assert len(still) >= 3
-    assert {answer.verdict for answer in still} == {"agrees"}
+    assert [(answer.named, answer.verdict) for answer in answers] == [([], "agrees")] * 6
+    assert "drift" in {answer.forms["noise"] for answer in answers}
 
 
 @pytest.mark.slow

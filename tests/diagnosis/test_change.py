@@ -178,8 +178,9 @@ def test_less_hysteresis_of_a_real_loop_is_less_friction() -> None:
     assert change.candidate.name == "coulomb_friction"
     assert change.parameters[0].change < 0.0
     assert abs(figures(found)["lost_motion_arcmin"][1]) < 3.0
-    _, without, with_change = found.files[0].rms
-    assert with_change < 0.5 * without
+    unexplained, without, with_change = found.files[0].rms
+    # Nine tenths of what the change adds to the error that this model of a printed drive has before it.
+    assert with_change**2 - unexplained**2 < 0.1 * (without**2 - unexplained**2)
 
 
 @pytest.fixture(scope="module")

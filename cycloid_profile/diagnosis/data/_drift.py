@@ -8,24 +8,25 @@ moves between lobes whose forms agree.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.polynomial.legendre import legvander
 
-from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
+from cycloid_profile.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.data.noise import Noise, run_starts
 
-# Significance of a drift, in standard errors: one file in 80 without a drift gets the column.
-_SIGNIFICANT = 2.5
+_CHANCE = 1.0 / 80.0  # of a drift in a file without one
+_SIGNIFICANT_LINE = 6.25  # of chi²: this chance for a line
 _SIGNIFICANT_WAVE = 14.0  # of chi²: one in 1,000 for one order
 _WIDTH = 2.0  # times the estimate
 _LEAST_SPAN = 0.9  # of a turn
-_APART = 0.01  # share of the drift that repeating effects must leave
+# Share of the square of a drift that effects must leave: it is 0.02 where a loop passes each branch once, 0.05 in a
+# turn with all its low orders, 0.7 where a loop passes a quarter again.
+_APART = 0.03
 _DEGREES = 4  # of the path of a drift in time: a drift is smooth
 _SHOWN_DEGREES = 2  # of them that must be significant
-_CHANCE = 1.0 / 80.0  # of a path where there is none, as for curves
 
 
 def turn_drift(residual: FloatArray, angle: FloatArray, noise: Noise, orders: Sequence[int] = ()) -> float:
@@ -43,14 +44,17 @@ def turn_drift(residual: FloatArray, angle: FloatArray, noise: Noise, orders: Se
     # Orders above half the rows alias to lower ones.
     columns += [_wave(angle, k) for k in dict.fromkeys([1, 2, *orders]) if k < residual.size / 4]
     further = [_wave(angle, k) for k in range(3, tuned.LOW_ORDERS + 1)]
-    return _width(residual, np.hstack(columns), further, noise, np.arange(residual.size))
+    line = np.linspace(-1.0, 1.0, residual.size)[:, np.newaxis]
+    starts = run_starts(np.arange(residual.size))
+    columns += _significant_waves(residual, np.hstack(columns), further, line, noise, starts)
+    return _path_width(residual, np.hstack(columns), line, noise, starts, _slow_variance)
 
 
 def _wave(angle: FloatArray, order: int) -> FloatArray:
     return np.stack([np.cos(order * angle), np.sin(order * angle)], axis=1)
 
 
-def loop_drift(residual: FloatArray, torque: FloatArray, rows: np.ndarray, noise: Noise) -> float:
+def loop_drift(residual: FloatArray, torque: FloatArray, rows: IntArray, noise: Noise) -> float:
     """Prior width of the drift of a loop; 0 if its branches repeat within the noise.
 
     ``torque`` of the ``rows`` in use, in any unit. A parabola in the torque stands for the effects on each branch.
@@ -62,7 +66,8 @@ def loop_drift(residual: FloatArray, torque: FloatArray, rows: np.ndarray, noise
         for positive in (True, False):
             branch = (rising == up) & ((x > 0.0) == positive)
             columns += [branch * x**k for k in range(3)]
-    return _width(residual, np.stack(columns, axis=1), [], noise, rows)
+    path = smooth_path(rows, _SHOWN_DEGREES)
+    return _path_width(residual, np.stack(columns, axis=1), path, noise, run_starts(rows), _slow_variance)
 
 
 def origin_drift(removal: FloatArray, normal: ComplexArray, rows: IntArray, forms: FloatArray, noise: Noise) -> float:
@@ -75,30 +80,58 @@ def origin_drift(removal: FloatArray, normal: ComplexArray, rows: IntArray, form
     rows : number of each row in order of measurement
     forms : what effects look like: forms of all lobes that vary slowly round the disc, shape (rows, n)
     """
-    from scipy.special import gammaincc
-
     path = origin_path(normal, rows, _SHOWN_DEGREES)
     fixed = np.column_stack([forms, normal.real, normal.imag])
-    if removal.size <= 2 * (fixed.shape[1] + path.shape[1]):
+    return _path_width(removal, fixed, path, noise, run_starts(np.arange(removal.size)), _variance)
+
+
+def _path_width(
+    residual: FloatArray,
+    fixed: FloatArray,
+    path: FloatArray,
+    noise: Noise,
+    starts: BoolArray,
+    variance_of: Callable[[FloatArray], float],
+) -> float:
+    """Prior width of a drift along the columns of ``path``, given freely fitted ``fixed``; 0 if chance explains it.
+
+    ``variance_of`` what is left, over that of the noise.
+    """
+    from scipy.special import gammaincc
+
+    freedom = residual.size - fixed.shape[1] - path.shape[1]
+    if freedom <= fixed.shape[1] + path.shape[1]:
         return 0.0
-    starts = run_starts(np.arange(removal.size))
-    A, z, drift = (noise.whiten(values, starts) for values in (fixed, removal, path))
-    wanted = np.column_stack([z, drift])
-    # Of many rows and few columns, normal equations take a tenth of the time.
-    fit, *_ = np.linalg.lstsq(A.T @ A, A.T @ wanted, rcond=1e-9)
-    left, seen = np.split(wanted - A @ fit, [1], axis=1)
+    if float(np.sum(_left(path, fixed) ** 2)) < _APART * float(np.sum(path**2)):
+        return 0.0
+    A, z, drift = (noise.whiten(values, starts) for values in (fixed, residual, path))
+    left, seen = np.split(_left(np.column_stack([z, drift]), A), [1], axis=1)
     left = left[:, 0]
-    if float(np.sum(seen**2)) < _APART * float(np.sum(drift**2)):
-        return 0.0
     amount, *_ = np.linalg.lstsq(seen, left, rcond=1e-9)
     rest = left - seen @ amount
-    # Effects that the forms do not describe, such as chatter, raise the error above that of the noise.
-    level = max(float(rest @ rest) / (rest.size - A.shape[1] - seen.shape[1]), 1.0)
+    # Effects that the fixed columns do not describe raise the error above that of the noise.
+    level = max(variance_of(rest) * rest.size / freedom, 1.0)
     gain = float(left @ left - rest @ rest) / level
     if gammaincc(0.5 * seen.shape[1], 0.5 * gain) > _CHANCE:
         return 0.0
-    # By moments: columns that the forms nearly contain have amounts that are all noise.
+    # By moments: columns that the fixed ones nearly contain have amounts that are all noise.
     return _WIDTH * math.sqrt(max(gain - seen.shape[1], 0.0) * level / float(np.sum(seen**2)))
+
+
+def _left(values: FloatArray, fixed: FloatArray) -> FloatArray:
+    """What is left of columns after a fit of ``fixed``; of many rows and few columns, normal equations are faster."""
+    fit, *_ = np.linalg.lstsq(fixed.T @ fixed, fixed.T @ values, rcond=1e-9)
+    return np.asarray(values - fixed @ fit)
+
+
+def _variance(rest: FloatArray) -> float:
+    return float(rest @ rest) / rest.size
+
+
+def _slow_variance(rest: FloatArray) -> float:
+    """Variance by slow waves but the slowest: lines elsewhere do not count."""
+    slow = np.abs(np.fft.rfft(rest))[tuned.LOW_ORDERS + 1 : 5 * tuned.LOW_ORDERS] ** 2 / rest.size
+    return float(np.median(slow)) / math.log(2.0) if slow.size else 1.0
 
 
 def origin_path(normal: ComplexArray, rows: IntArray, degrees: int = _DEGREES) -> FloatArray:
@@ -116,40 +149,28 @@ def smooth_path(rows: IntArray, degrees: int = _DEGREES) -> FloatArray:
     return np.asarray(legvander(time, degrees)[:, 1:] * 0.5 ** np.arange(degrees))
 
 
-def _width(
-    residual: FloatArray, columns: FloatArray, further: Sequence[FloatArray], noise: Noise, rows: np.ndarray
-) -> float:
-    """Prior width of a ramp given freely fitted ``columns``, shape (rows, n), and those of ``further`` that are
-    significant given it."""
-    starts = run_starts(rows)
-    ramp = np.linspace(-1.0, 1.0, residual.size)[:, np.newaxis]
-    A, z, drift, *waves = (noise.whiten(values, starts) for values in (columns, residual, ramp, *further))
-    if residual.size <= 2 * A.shape[1]:
-        return 0.0
-    # A drift has some of every order: the larger gain in chi² comes first.
-    waves, drifts = list(waves), False
-    while waves:
-        basis, _ = np.linalg.qr(np.hstack([A, drift]) if drifts else A)
+def _significant_waves(
+    residual: FloatArray,
+    fixed: FloatArray,
+    waves: Sequence[FloatArray],
+    line: FloatArray,
+    noise: Noise,
+    starts: BoolArray,
+) -> list[FloatArray]:
+    """Those of ``waves`` that are significant, given freely fitted ``fixed`` and the ``line`` if it is significant."""
+    fitted, z, *columns = (noise.whiten(values, starts) for values in (fixed, residual, *waves, line))
+    least = [_SIGNIFICANT_WAVE] * len(waves) + [_SIGNIFICANT_LINE]
+    chosen: list[int] = []
+    while True:
+        basis, _ = np.linalg.qr(fitted)
         left = z - basis @ (basis.T @ z)
-        gains = [_gain(left, wave - basis @ (basis.T @ wave)) for wave in waves]
-        best = int(np.argmax(gains))
-        if not drifts and _gain(left, drift - basis @ (basis.T @ drift)) > max(gains[best], _SIGNIFICANT**2):
-            drifts = True
-        elif gains[best] > _SIGNIFICANT_WAVE:
-            A = np.hstack([A, waves.pop(best)])
-        else:
-            break
-    fit, *_ = np.linalg.lstsq(A, np.column_stack([z, drift]), rcond=1e-9)
-    left, own = (np.column_stack([z, drift]) - A @ fit).T
-    energy = float(own @ own)
-    if energy < _APART * float(np.sum(drift**2)):
-        return 0.0
-    amount = float(own @ left) / energy
-    # Slow effects that the columns do not describe raise the error above that of the noise; lines elsewhere do not.
-    slow = np.abs(np.fft.rfft(left - amount * own))[tuned.LOW_ORDERS + 1 : 5 * tuned.LOW_ORDERS] ** 2 / residual.size
-    level = float(np.median(slow)) / math.log(2.0) if slow.size else 1.0
-    error = math.sqrt(max(level, 1.0) / energy)
-    return _WIDTH * abs(amount) if abs(amount) > _SIGNIFICANT * error else 0.0
+        gains = [_gain(left, one - basis @ (basis.T @ one)) for one in columns]
+        shown = [i for i, gain in enumerate(gains) if gain > least[i] and i not in chosen]
+        if not shown:
+            return [waves[i] for i in chosen if i < len(waves)]
+        # A drift has some of every order: the larger gain in chi² comes first.
+        chosen.append(max(shown, key=lambda i: gains[i]))
+        fitted = np.hstack([fitted, columns[chosen[-1]]])
 
 
 def _gain(left: FloatArray, columns: FloatArray) -> float:

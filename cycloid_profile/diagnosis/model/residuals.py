@@ -84,10 +84,7 @@ class Residuals:
                 predicted = predicted_curves([recording], reducer)[0]
             self.first_order = LinearisedCurve(predicted)
             self.residual = measurement.value[rows] - predicted.on_last_flank
-            # Friction looks like a curved path of a loop.
-            self.nuisance = recording.drift * (
-                smooth_path(rows, 1) if recording.kind is HYSTERESIS else smooth_path(rows)
-            )
+            self.nuisance = recording.drift * smooth_path(rows)
             if recording.kind.zero_unknown:
                 self.nuisance = np.hstack([self.nuisance, np.full((rows.size, 1), _UNKNOWN)])
             self.position = (
