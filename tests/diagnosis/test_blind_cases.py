@@ -188,6 +188,14 @@ def test_loops_of_foreign_physics_are_left_without_a_name():
 
 
 @pytest.mark.slow
+def test_wear_that_lifts_the_flank_off_is_found():
+    """Small wear acts the other way round, so no linear response leads to it; a pitch error explains less."""
+    (answer,) = run([Question("wide, one, loop", 7460035, {"effects": 1, "files": ("loop",)}, wide=True)], 1)
+    assert [one["name"] for one in answer.truth] == ["flank_wear"]
+    assert answer.judged == "right", (answer.named, answer.groups)
+
+
+@pytest.mark.slow
 def test_discs_that_are_equally_soft_all_round_are_no_effect():
     """With two cranks the spec's discs are softer in some directions; those of the generator never are."""
     seeds = (7440021, 7440050, 7441024, 7441038)

@@ -20,7 +20,7 @@ from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
 from cycloid_profile.diagnosis.model.whitened import Whitened, normal_equations
 from cycloid_profile.diagnosis.search import _second_order as second
 from cycloid_profile.diagnosis.search._proposals import linear_proposals
-from cycloid_profile.diagnosis.search._starts import _of_each_variety, of_finite_size
+from cycloid_profile.diagnosis.search._starts import _best_of_each_variety, _directed, of_finite_size
 from cycloid_profile.diagnosis.search._subsampling import smallest_subsample, subsample
 from cycloid_profile.diagnosis.search._symmetric_parts import on_other_parts
 from cycloid_profile.diagnosis.search.lobe_index import index_lobes, offsets_about, with_offsets
@@ -266,9 +266,10 @@ def test_each_variety_starts_at_the_place_and_angle_that_explain_most():
     members = [*(one for one in ovals if one.choice["disc"]), wear, everywhere]
     u = np.array([1.2, 1.6, 0.3, 0.1, -0.5, 0.0, 0.0, 0.0])
     R = np.diag([10.0, 10.0, 20.0, 20.0, 30.0, 0.0, 10.0, 10.0])
-    found = dict(_of_each_variety(Library(tuple(members), 2), equations(R @ u, R, members)))
+    directed = _directed(Library(tuple(members), 2), equations(R @ u, R, members))
+    found = {one.candidate: one.direction for one in _best_of_each_variety(directed)}
     assert set(found) == {members[0], wear, everywhere}
     np.testing.assert_allclose(found[members[0]], [0.6, 0.8])
-    # Of one coordinate, or without any pattern: straight on.
+    # One-sided, or without any pattern: straight on.
     np.testing.assert_array_equal(found[wear], [1.0, 0.0])
     np.testing.assert_array_equal(found[everywhere], [1.0, 0.0])

@@ -59,10 +59,10 @@ def _given_first_order(
     """For each first-order candidate: reduction of chi² with ``columns``, its index, amounts of the columns, its
     coordinates.
     """
-    S = _whitened(blocks, columns)
+    S = whitened_parts(blocks, columns)
     ridge = np.eye(columns.shape[1]) / _LARGEST**2
-    R_s, b_s = ridge + _product(blocks, S, S), _product(blocks, S, [block.z for block in blocks])
-    cross = _product(blocks, S, G)
+    R_s, b_s = ridge + product(blocks, S, S), product(blocks, S, [block.z for block in blocks])
+    cross = product(blocks, S, G)
     alone = np.linalg.solve(R_s, b_s)
     carried = np.linalg.solve(R_s, cross)
     left = first.b - cross.T @ alone
@@ -116,19 +116,20 @@ def change_of_predictions(before: State, after: State) -> FloatArray:
 
 def chi2_reduction(blocks: Sequence[Whitened], columns: FloatArray) -> tuple[float, FloatArray]:
     """Reduction of chi² by free amounts of ``columns`` over all rows of all recordings, and the amounts."""
-    G = _whitened(blocks, columns)
-    R, b = _product(blocks, G, G), _product(blocks, G, [block.z for block in blocks])
+    G = whitened_parts(blocks, columns)
+    R, b = product(blocks, G, G), product(blocks, G, [block.z for block in blocks])
     amounts = np.asarray(np.linalg.lstsq(R, b, rcond=1e-9)[0], dtype=np.float64)
     return float(amounts @ b), amounts
 
 
-def _whitened(blocks: Sequence[Whitened], columns: FloatArray) -> list[FloatArray]:
+def whitened_parts(blocks: Sequence[Whitened], columns: FloatArray) -> list[FloatArray]:
+    """Columns over all rows of all recordings, whitened, one array for each block."""
     ends = np.cumsum([block.chosen.size for block in blocks])[:-1]
     parts = np.split(np.nan_to_num(columns), ends)
     return [block.white(part) for block, part in zip(blocks, parts, strict=True)]
 
 
-def _product(blocks: Sequence[Whitened], left: Sequence[FloatArray], right: Sequence[FloatArray]) -> FloatArray:
+def product(blocks: Sequence[Whitened], left: Sequence[FloatArray], right: Sequence[FloatArray]) -> FloatArray:
     """leftᵀ M right over all recordings."""
     parts = [block.product(a, b) for block, a, b in zip(blocks, left, right, strict=True)]
     return np.asarray(np.sum(parts, axis=0), dtype=np.float64)

@@ -6,7 +6,8 @@ Near zero the response of a lightly loaded reducer may even have the other sign.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,31 +17,50 @@ from cycloid_profile.diagnosis.model.candidate import Candidate, Variety
 from cycloid_profile.diagnosis.model.evidence import Library
 from cycloid_profile.diagnosis.model.exact_model import ExactModel, State
 from cycloid_profile.diagnosis.model.optimum import Optimum
-from cycloid_profile.diagnosis.model.whitened import NormalEquations
+from cycloid_profile.diagnosis.model.whitened import NormalEquations, Whitened
 from cycloid_profile.diagnosis.search._proposals import Proposal
-from cycloid_profile.diagnosis.search._second_order import change_of_predictions, chi2_reduction
+from cycloid_profile.diagnosis.search._second_order import (
+    change_of_predictions,
+    chi2_reduction,
+    product,
+    whitened_parts,
+)
 from cycloid_profile.geometry import Trochoid
 
-_SIZE = 0.5  # prior widths
-_FEW = 12  # locations of one effect that are all tried
+_SIZES = (0.5, 2.0)  # prior widths: a flank that lifts off at one of them may bear at the other
+_FEW = 16  # places and shapes of one effect that are all tried
 _REACH = 1.5  # lobes or pins
 _LEAST, _MOST = 0.1, 5.0  # times this size: range of the starts
+_NOT_LINEAR = 0.1  # share of the square of a response: an error of a third
+
+
+@dataclass(frozen=True, eq=False)
+class _Directed:
+    """A candidate, its direction in linear equations, of unit size, and the reduction of chi² that they promise."""
+
+    candidate: Candidate
+    direction: FloatArray
+    gain: float
 
 
 def of_finite_size(
     model: ExactModel, library: Library, equations: NormalEquations, offsets: tuple[int, ...]
 ) -> list[Proposal]:
-    """Single effects that explain most by a multiple of their response at half a prior width, best first."""
+    """Single effects that explain most by a multiple of their response at half a prior width or two, best first."""
     if model.only_scans:
         return []
-    found = sorted(_responses(model, _of_each_variety(library, equations), offsets), key=lambda one: -one[0])
-    names = list(dict.fromkeys(one.members[0].name for _, one in found))[: tuned.BEAM]
-    known = {one.members[0] for _, one in found}
-    count = Counter(one.variety[:2] for one in library.candidates)
-    places = [one for one in library.candidates if one.name in names and count[one.variety[:2]] <= _FEW]
-    more = ((one, np.array([1.0, 0.0])) for one in places if one not in known and one.angle is None)
+    directed = _directed(library, equations)
+    first = _best_of_each_variety(directed)
+    found = sorted(_responses(model, first, offsets), key=lambda one: -one[0])
+    leading = list(dict.fromkeys(one.members[0].variety for _, one in found))[: tuned.BEAM]
+    count = Counter(one.variety for one in library.candidates)
+    same = {key for key in leading if count[key] <= _FEW}
+    more = [one for one in directed if one.candidate.variety in same and one not in first and not one.candidate.angle]
     found = sorted([*found, *_responses(model, more, offsets)], key=lambda one: -one[0])
-    return [proposal for _, proposal in found[: tuned.FINITE]]
+    best: dict[Variety, Proposal] = {}
+    for _, proposal in found:
+        best.setdefault(proposal.members[0].variety, proposal)
+    return list(best.values())[: tuned.FINITE]
 
 
 def moved_nearby(model: ExactModel, library: Library, optimum: Optimum, offsets: tuple[int, ...]) -> list[Proposal]:
@@ -87,18 +107,35 @@ def _places_near(member: Candidate, library: Library, trochoid: Trochoid) -> lis
 
 
 def _responses(
-    model: ExactModel, tried: Iterable[tuple[Candidate, FloatArray]], offsets: tuple[int, ...]
+    model: ExactModel, tried: Iterable[_Directed], offsets: tuple[int, ...]
 ) -> Iterator[tuple[float, Proposal]]:
-    """Each candidate in its direction, and against it, with the reduction of chi² by a multiple of its response."""
-    for candidate, direction in tried:
-        for sign in (1.0,) if candidate.one_sided or candidate.angle is not None else (1.0, -1.0):
-            u = sign * _SIZE * direction
+    """Each candidate at that of the trial sizes where a multiple of its response explains most, with the reduction of
+    chi² by that multiple. A linear response in the right direction needs no further trial.
+    """
+    blocks = model.baseline.blocks
+    for candidate, direction in ((one.candidate, one.direction) for one in tried):
+        best, start = 0.0, direction
+        both = not candidate.one_sided and candidate.angle is None
+        for u in [sign * size * direction for size in _SIZES for sign in ((1.0, -1.0) if both else (1.0,))]:
             state = model.state([candidate], u)
             if state is None:
                 continue
-            drop, amount = _explained(model.baseline, state)
-            if amount > 0.0:
-                yield drop, Proposal((candidate,), np.clip(amount, _LEAST, _MOST) * u, offsets)
+            response = change_of_predictions(model.baseline, state)[:, np.newaxis]
+            drop, (amount,) = chi2_reduction(blocks, response)
+            if amount > 0.0 and drop > best:
+                best, start = drop, np.clip(amount, _LEAST, _MOST) * u
+            if amount > 0.0 and _is_linear(blocks, response, candidate, u):
+                break
+        if best > 0.0:
+            yield best, Proposal((candidate,), start, offsets)
+
+
+def _is_linear(blocks: Sequence[Whitened], response: FloatArray, candidate: Candidate, u: FloatArray) -> bool:
+    """Whether the linear response at ``u`` is the ``response``, but for a small share of its square."""
+    exact = whitened_parts(blocks, response)
+    error = [one - (block.columns([candidate]) @ u)[:, np.newaxis] for one, block in zip(exact, blocks, strict=True)]
+    wrong, whole = (float(product(blocks, one, one)[0, 0]) for one in (error, exact))
+    return wrong < _NOT_LINEAR * whole
 
 
 def _explained(before: State, after: State) -> tuple[float, float]:
@@ -107,16 +144,22 @@ def _explained(before: State, after: State) -> tuple[float, float]:
     return drop, float(amount)
 
 
-def _of_each_variety(library: Library, equations: NormalEquations) -> Iterator[tuple[Candidate, FloatArray]]:
-    """The location of each variety that explains most in linear equations, with its direction of unit size."""
-    best: dict[Variety, tuple[float, int, FloatArray]] = {}
+def _directed(library: Library, equations: NormalEquations) -> list[_Directed]:
+    """Every candidate with its direction in linear equations."""
+    found = []
     for i, candidate in enumerate(library.candidates):
         where = slice(2 * i, 2 * i + 2)
         u = np.asarray(np.linalg.lstsq(equations.R[where, where], equations.b[where], rcond=1e-9)[0])
-        gain = float(u @ equations.b[where])
-        if gain >= best.get(candidate.variety, (0.0,))[0]:
-            best[candidate.variety] = (gain, i, u)
-    for _, i, u in best.values():
-        candidate = library.candidates[i]
-        straight = candidate.angle is None or not np.any(u)
-        yield candidate, np.array([1.0, 0.0]) if straight else u / float(np.hypot(*u))
+        seen = np.any(u) and not candidate.one_sided
+        direction = u / float(np.hypot(*u)) if seen else np.array([1.0, 0.0])
+        found.append(_Directed(candidate, direction, float(u @ equations.b[where])))
+    return found
+
+
+def _best_of_each_variety(directed: Iterable[_Directed]) -> list[_Directed]:
+    """The candidate of each variety that explains most in linear equations."""
+    best: dict[Variety, _Directed] = {}
+    for one in directed:
+        if one.gain >= best.setdefault(one.candidate.variety, one).gain:
+            best[one.candidate.variety] = one
+    return list(best.values())
