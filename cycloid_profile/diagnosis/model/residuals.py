@@ -120,7 +120,7 @@ class Residuals:
 
     @cached_property
     def _uneven_discs(self) -> FloatArray:
-        """That of discs softer in some directions, of the reducer without effects: it takes longer than the rest."""
+        """Error by discs softer in some directions, of the reducer without effects: it takes longer than the others."""
         if self._bare is not None:
             return self._bare._uneven_discs
         return uneven_discs(self.reducer, self.first_order)
