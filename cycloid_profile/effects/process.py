@@ -246,7 +246,7 @@ class WheelWearDrift(_OnDiscs):
     first_lobe: int = part_field("lobe ground first, 1 has its root at angle 0", 1)
     disc: int | None = part_field(DISC_PART)
     start_in_lobe: float = shape_field(
-        "start of grinding within the first lobe, in pitches: 0 at the tip before it, 0.5 at its root", 0.0, 0.0, 1.0
+        "start of grinding within the first lobe, in pitches: 0 at the tip before it, 0.5 at its root", 0.0, -0.5, 1.0
     )
     blend_rad: float = shape_field(_BLEND, BLEND, *_BLENDS)
 

@@ -53,6 +53,8 @@ IN_SERVICE = frozenset({
     "pin_support_compliance",
 })  # fmt: skip
 
+_PARTS = 10  # of the step between two shapes of the library: the error in between is below that of the form
+
 Variety = tuple[str, bool, bool, int | None, int | None]
 
 
@@ -130,6 +132,48 @@ class Candidate:
         number = next((float(self.choice[key]) for key in ("lobe", "first_lobe", "pin") if key in self.choice), None)
         return None if number is None else number + float(self.choice.get("start_in_lobe", 0.0))
 
+    @cached_property
+    def numeric_shapes(self) -> tuple[str, ...]:
+        """Names of the shapes that are numbers, so that others lie between those of the library."""
+        return tuple(key for key in self.kind.shapes if not isinstance(self.choice.get(key, ""), str))
+
+    @property
+    def listed(self) -> bool:
+        """Whether its shapes are those of the library."""
+        return all(self.choice[key] in self.kind.shapes[key] for key in self.numeric_shapes)
+
+    def near_shapes(self, parts: float) -> tuple[Candidate, ...]:
+        """The same with one shape ``parts`` of the proposed steps away, on either side."""
+        tried = [
+            replace(self, choice={**self.choice, key: round(self.choice[key] + parts * step, 9)})
+            for key in self.numeric_shapes
+            for step in _steps(self.choice[key], self.kind.shapes[key])
+        ]
+        return tuple(one for one in tried if one.effect(np.full(2, one.width)) is not None)
+
+    def shape_order(self, key: str) -> tuple[tuple[tuple[str, Any], ...], float]:
+        """What candidates that differ in the shape ``key`` alone have in common, and the value that orders them.
+
+        A shape that is part of a place is counted along the disc, across lobes.
+        """
+        of_place = self.is_place(key)
+        left_out = {key, "first_lobe"} if of_place else {key}
+        common = tuple(sorted(((k, v) for k, v in self.choice.items() if k not in left_out), key=str))
+        return common, self.along if of_place and self.along is not None else float(self.choice[key])
+
+    def between(self, key: str, other: Candidate, share: float) -> Candidate:
+        """The same with the shape ``key`` moved by a ``share`` of the way to that of ``other``, the next one."""
+        step = other.shape_order(key)[1] - self.shape_order(key)[1]
+        if self.is_place(key):
+            step %= 1.0
+        parts = round(_PARTS * share) / _PARTS
+        return replace(self, choice={**self.choice, key: round(float(self.choice[key]) + parts * step, 9)})
+
+    @staticmethod
+    def is_place(key: str) -> bool:
+        """Whether a shape continues from lobe to lobe, as a place."""
+        return key == "start_in_lobe"
+
     @property
     def waves(self) -> int:
         """Periods of the effect per turn of its angle: two for an oval."""
@@ -198,6 +242,15 @@ class Candidate:
         return choice, rate * t
 
 
+def _steps(value: float, shapes: Iterable[float | str]) -> tuple[float, float]:
+    """Proposed steps down and up from ``value``: parts of the distance of the two ``shapes`` around it."""
+    values = np.unique([float(one) for one in shapes])
+    distance = np.diff(values) / _PARTS
+    below = int(np.clip(np.searchsorted(values, value) - 1, 0, distance.size - 1))
+    above = int(np.clip(np.searchsorted(values, value, side="right") - 1, 0, distance.size - 1))
+    return -float(distance[below]), float(distance[above])
+
+
 def candidates(reducer: AsBuiltReducer, scanned: frozenset[int], curves: bool) -> tuple[Candidate, ...]:
     """All hypotheses that the files can show.
 
@@ -235,7 +288,7 @@ def candidate_of(kind: type[Effect], choice: Mapping[str, Any], priors: Priors) 
 
 def places(library: Iterable[Candidate]) -> Counter[str]:
     """Number of locations of each effect in a library."""
-    return Counter(candidate.name for candidate in library if not candidate.is_change)
+    return Counter(candidate.name for candidate in library if candidate.listed and not candidate.is_change)
 
 
 def chatter(waves: float, disc: int | None, priors: Priors, constant_speed: str = "generating") -> Candidate:

@@ -12,8 +12,8 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations
-from typing import Any
+from itertools import combinations, pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -164,6 +164,15 @@ def of_different_names(equations: NormalEquations, sets: IntArray) -> IntArray:
     return kept
 
 
+class NeighbouringShapes(NamedTuple):
+    """Indices of two candidates of one ``name`` that differ in a ``shape`` alone, by one step up."""
+
+    name: str
+    shape: str
+    first: int
+    second: int
+
+
 @dataclass(frozen=True, eq=False)
 class Library:
     """``candidates``; chatter among them can have any of ``frequencies`` numbers of waves."""
@@ -205,6 +214,23 @@ class Library:
     def of_name(self, name: str) -> list[int]:
         """Indices of an effect at all its locations."""
         return [i for i, candidate in enumerate(self.candidates) if candidate.name == name]
+
+    @cached_property
+    def neighbouring_shapes(self) -> list[NeighbouringShapes]:
+        """All pairs of candidates that differ in one shape alone, by one step."""
+        found: list[NeighbouringShapes] = []
+        orders: dict[tuple[Any, ...], list[tuple[float, int]]] = {}
+        for i, candidate in enumerate(self.candidates):
+            if candidate.listed and not candidate.is_change:
+                for shape in candidate.numeric_shapes:
+                    common, value = candidate.shape_order(shape)
+                    orders.setdefault((candidate.name, shape, common), []).append((value, i))
+        for (name, shape, _), order in orders.items():
+            ranked = [i for _, i in sorted(order)]
+            if self.candidates[ranked[0]].is_place(shape):
+                ranked.append(ranked[0])
+            found += [NeighbouringShapes(name, shape, *two) for two in pairwise(ranked)]
+        return found
 
     @cached_property
     def _by_choice(self) -> dict[tuple[str, tuple[tuple[str, Any], ...]], Candidate]:

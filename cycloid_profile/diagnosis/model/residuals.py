@@ -175,7 +175,15 @@ class Residuals:
         each = [
             form_error(one, self.reducer, self.recording, self.position, phase) for one in signatures if np.any(one)
         ]
+        if self.recording.kind is not HYSTERESIS:
+            # The form of an effect on a loop errs with torque and path already.
+            each += [self._shape_error(one, x) for one, x in zip(members, u.reshape(-1, 2), strict=True)]
         return np.hstack([np.zeros((self.residual.size, 0)), *each])
+
+    def _shape_error(self, member: Candidate, u: FloatArray) -> FloatArray:
+        """Error of an effect whose shape lies between two that are proposed, shape (rows, columns)."""
+        shown = self.columns([member, *member.near_shapes(0.5)]) @ u
+        return shown[:, 1:] - shown[:, :1]
 
     def columns(self, candidates: Sequence[Candidate]) -> FloatArray:
         """Change of the prediction per prior width of each coordinate, shape (rows, candidates, 2).

@@ -15,6 +15,7 @@ from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.model.candidate import Candidate, Variety
 from cycloid_profile.diagnosis.model.evidence import (
     Library,
+    NeighbouringShapes,
     Scored,
     distinct,
     estimate,
@@ -60,13 +61,73 @@ def linear_proposals(
     """
     base = library.places(optimum.members)
     scored = {one for move in _moves(equations, library, base) for one in _best(equations, library, move)}
-    # Linear evidence is in units of the error of the model at this optimum. In curves that error grows with the
-    # effects, so that only changes of evidence compare with other optima; in scans the plain value is the stricter one.
-    level = optimum.log_evidence - linear_evidence(equations, library.priors, base) if anchored else 0.0
+    level = _level(equations, library, optimum) if anchored else 0.0
     return [
         Proposal(library.members(one.members), estimate(equations, one.members)[0], offsets, level + one.log_evidence)
         for one in sorted(scored, key=lambda s: -s.log_evidence)
     ]
+
+
+def shapes_between(
+    equations: NormalEquations, library: Library, optimum: Optimum, offsets: tuple[int, ...], anchored: bool
+) -> list[Proposal]:
+    """Sets with an effect whose shape lies between two of the library: one more, or one of the optimum reshaped.
+
+    Arguments as those of ``linear_proposals``. The effect at both neighbouring shapes promises what the one between
+    reaches. An effect of the optimum is also moved by one proposed step.
+    """
+    base = library.places(optimum.members)
+    names = {library.candidates[i].name for i in base}
+    shapes, level = library.neighbouring_shapes, _level(equations, library, optimum)
+    more = [one for one in shapes if one.name not in names]
+    found = _between(equations, library, base, more, offsets, level if anchored else 0.0)
+    # The same effect in another shape has nearly the same error of the model, so that promises compare everywhere.
+    for j, member in zip(base, optimum.members, strict=True):
+        others = [i for i in base if i != j]
+        same = [one for one in shapes if one.name == member.name]
+        found += _between(equations, library, others, same, offsets, level)
+        near = np.array([[*others, i] for i in library.places(member.near_shapes(1.0))], dtype=np.intp)
+        stepped = max(scores(equations, library.priors, near), key=lambda one: one.log_evidence, default=None)
+        if stepped is not None and stepped.log_evidence > linear_evidence(equations, library.priors, base):
+            start = estimate(equations, stepped.members)[0]
+            members = library.members(stepped.members)
+            found.append(Proposal(members, start, offsets, level + stepped.log_evidence))
+    return found
+
+
+def _level(equations: NormalEquations, library: Library, optimum: Optimum) -> float:
+    """Evidence of the optimum above its linear one.
+
+    Linear evidence is in units of the error of the model at this optimum. In curves that error grows with the effects,
+    so that only changes of evidence compare with other optima; in scans the plain value is the stricter one.
+    """
+    return optimum.log_evidence - linear_evidence(equations, library.priors, library.places(optimum.members))
+
+
+def _between(
+    equations: NormalEquations,
+    library: Library,
+    others: Sequence[int],
+    neighbours: Sequence[NeighbouringShapes],
+    offsets: tuple[int, ...],
+    level: float,
+) -> list[Proposal]:
+    """The best sets of ``others`` and one effect between two ``neighbours``, one of each variety."""
+    of = {(one.first, one.second): one for one in neighbours}
+    sets = np.array([(*others, *two) for two in of], dtype=np.intp).reshape(-1, len(others) + 2)
+    found: dict[Variety, Proposal] = {}
+    for one in sorted(scores(equations, library.priors, sets), key=lambda s: -s.log_evidence):
+        two = of[one.members[-2], one.members[-1]]
+        first, second = library.members((two.first, two.second))
+        u = estimate(equations, one.members)[0]
+        a, b = u[-4:-2], u[-2:]
+        if a @ b > 0.0 and first.variety not in found and len(found) < tuned.EXCHANGES:
+            share = float(np.hypot(*b) / (np.hypot(*a) + np.hypot(*b)))
+            members = (*library.members(others), first.between(two.shape, second, share))
+            # One effect is as probable as one, not as two.
+            promised = level + one.log_evidence - library.priors[two.second]
+            found[first.variety] = Proposal(members, np.concatenate([u[:-4], a + b]), offsets, promised)
+    return [*found.values()]
 
 
 def _moves(equations: NormalEquations, library: Library, base: Sequence[int]) -> Iterator[Move]:

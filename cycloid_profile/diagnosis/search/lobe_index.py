@@ -49,6 +49,7 @@ def offsets_about(model: ExactModel, library: Library, optimum: Optimum) -> tupl
     if not _has_free_scan(model.reducer, residuals):
         return (0,) * len(residuals)
     state = model.at(optimum)
+    library = _at_every_lobe(library, optimum.members, model.reducer.case.drive.trochoid.lobes)
     places = library.places(optimum.members)
     equations = []
     for whole, block in zip(model.baseline.blocks, state.blocks, strict=True):
@@ -57,6 +58,13 @@ def offsets_about(model: ExactModel, library: Library, optimum: Optimum) -> tupl
         else:
             equations.append(normal_equations([block], library.candidates).about(places, optimum.u))
     return tuple(_offsets(model.reducer, residuals, equations, library.priors, places))
+
+
+def _at_every_lobe(library: Library, members: Sequence[Candidate], lobes: int) -> Library:
+    """The library without shapes between those of its effects, but with ``members`` at every number of the lobe."""
+    twins = [replace(one, choice=one.reindexed(n, lobes)[0]) for one in members for n in range(lobes)]
+    listed = [one for one in library.candidates if one.listed]
+    return Library(tuple(dict.fromkeys([*listed, *twins])), library.frequencies)
 
 
 def with_offsets(model: ExactModel, offsets: Sequence[int]) -> ExactModel:

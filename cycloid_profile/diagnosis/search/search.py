@@ -18,7 +18,7 @@ from cycloid_profile.diagnosis.model.evidence import Library, estimate, linear_e
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
 from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
 from cycloid_profile.diagnosis.model.whitened import NormalEquations, normal_equations
-from cycloid_profile.diagnosis.search._proposals import Proposal, linear_proposals
+from cycloid_profile.diagnosis.search._proposals import Proposal, linear_proposals, shapes_between
 from cycloid_profile.diagnosis.search._second_order import second_order
 from cycloid_profile.diagnosis.search._starts import moved_nearby, of_finite_size
 from cycloid_profile.diagnosis.search._subsampling import smallest_subsample
@@ -267,10 +267,11 @@ class _Stage:
         """Sets to fit about an optimum."""
         model, optimum = self.model(fit.offsets), fit.optimum
         if model.is_comparison:
-            # Lobe index and numbers of waves are those of the diagnoses.
+            # Lobe index, shapes and numbers of waves are those of the diagnoses.
             return self._linear_and_finite(model, fit)
         waved = refitted(model, optimum)
-        self.library = self.library.with_more([*waves_left(model, optimum), *waved])
+        reshaped = [near for member in optimum.members for near in member.near_shapes(1.0)]
+        self.library = self.library.with_more([*waves_left(model, optimum), *waved, *reshaped])
         found = self._linear_and_finite(model, fit)
         if not optimum.members:
             return found
@@ -285,16 +286,21 @@ class _Stage:
 
     def _linear_and_finite(self, model: ExactModel, fit: Fit) -> list[Proposal]:
         """Sets that linear equations propose about an optimum, and about no effect those of finite size."""
-        equations = equations_about(model, self.library, fit.optimum)
+        library = self.library
+        equations = equations_about(model, library, fit.optimum)
         anchored = not model.only_scans or model.is_comparison
-        found = linear_proposals(equations, self.library, fit.optimum, fit.offsets, anchored)
+        found = linear_proposals(equations, library, fit.optimum, fit.offsets, anchored)
+        if not model.is_comparison:
+            found += shapes_between(equations, library, fit.optimum, fit.offsets, anchored)
+            found.sort(key=lambda one: -one.promised)
+            self.library = library.with_more([member for one in found for member in one.members])
         if fit.optimum.members:
             if model.only_scans:
                 return found
-            return [*moved_nearby(model, self.library, fit.optimum, fit.offsets), *found]
-        starts = second_order(model, self.library, equations)
-        finite = of_finite_size(model, self.library, equations, fit.offsets)
-        return [*finite, *found, *(Proposal(self.library.members(i), u, fit.offsets) for i, u in starts)]
+            return [*moved_nearby(model, library, fit.optimum, fit.offsets), *found]
+        starts = second_order(model, library, equations)
+        finite = of_finite_size(model, library, equations, fit.offsets)
+        return [*finite, *found, *(Proposal(library.members(i), u, fit.offsets) for i, u in starts)]
 
     def _reindexed(self, model: ExactModel, fit: Fit) -> list[Proposal]:
         """The set, and the set rotated by 180°, with the lobe index that suits it best."""
