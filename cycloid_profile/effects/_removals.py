@@ -131,10 +131,11 @@ class Wave(_WholeDisc):
     by: AngleAlongDisc = GENERATING_ANGLE
 
     def _jet(self, phase: FloatArray, trochoid: Trochoid) -> RemovalDerivatives:
-        return self._fractional_wave(phase, trochoid) if self.waves % 1.0 else self._wave(phase, trochoid)
+        if self.waves % 1.0:
+            return self._fractional_wave(phase, trochoid)
+        return self._wave(self.by.derivatives(phase, trochoid))
 
-    def _wave(self, phase: FloatArray, trochoid: Trochoid) -> RemovalDerivatives:
-        t = self.by.derivatives(phase, trochoid)
+    def _wave(self, t: AngleDerivatives) -> RemovalDerivatives:
         turned, rate = self.waves * t.value - self.angle, self.waves * t.first
         cos, sin = self.amount * np.cos(turned), self.amount * np.sin(turned)
         return RemovalDerivatives(cos, -rate * sin, -rate * rate * cos - self.waves * t.second * sin)
@@ -143,7 +144,8 @@ class Wave(_WholeDisc):
         """A non-integer number of waves: the last wave passes into the first round the tip before lobe 0."""
         period = trochoid.phase_period
         x = np.mod(phase + math.pi + 0.5 * period, period) - 0.5 * period
-        first, last = self._wave(x - math.pi, trochoid), self._wave(x - math.pi + period, trochoid)
+        t = self.by.derivatives(x - math.pi, trochoid)
+        first, last = self._wave(t), self._wave(t._replace(value=t.value + 2.0 * math.pi))
         s, ds, dds = _smooth_step(x / BLEND)
         ds, dds = ds / BLEND, dds / BLEND**2
         step, step1, step2 = first.value - last.value, first.first - last.first, first.second - last.second

@@ -10,11 +10,14 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 from functools import cache
-from typing import TypeVar, cast
+from typing import TYPE_CHECKING, TypeVar, cast
 
 import numpy as np
 
 from cycloid_profile.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 Values = TypeVar("Values", FloatArray, ComplexArray)
 
@@ -103,16 +106,27 @@ class Noise:
 
     def whiten(self, values: Values, starts: BoolArray) -> Values:
         """Rows in units of independent noise, in their shape; ``starts`` marks rows without a predecessor."""
-        if self.is_white:
-            return values / self.sigma
-        wide = (...,) if values.ndim == 1 else (..., np.newaxis)
-        one = np.roll(values, 1, axis=0)
-        second = (values - self.rho * one) / (self.sigma * math.sqrt(1.0 - self.rho**2))
-        if self.partial != 0.0:
-            two = np.roll(values, 2, axis=0)
-            third = (values - self.rho * (1.0 - self.partial) * one - self.partial * two) / self.innovation
-            second = np.where((np.roll(starts, 1) & ~starts)[wide], second, third)
-        return cast("Values", np.where(starts[wide], values / self.sigma, second))
+        return cast("Values", self.whitening(starts) @ values)
+
+    def whitening(self, starts: BoolArray) -> csr_array:
+        """The matrix of ``whiten``, shape (rows, rows): a row and at most two before it."""
+        # Imported here: scipy.sparse takes longer to load than this module.
+        from scipy.sparse import csr_array
+
+        row = np.arange(starts.size)
+        first = starts | (row == 0)
+        second = np.append(True, first[:-1]) & ~first
+        third = ~(first | second)
+        of_second = 1.0 / (self.sigma * math.sqrt(1.0 - self.rho**2))
+        own = np.select([first, second], [1.0 / self.sigma, of_second], 1.0 / self.innovation)
+        before = np.where(second, -self.rho * of_second, -self.rho * (1.0 - self.partial) / self.innovation)
+        two_before = np.full(int(np.sum(third)), -self.partial / self.innovation)
+        values = np.concatenate([own, before[~first], two_before])
+        rows = np.concatenate([row, row[~first], row[third]])
+        columns = np.concatenate([row, row[~first] - 1, row[third] - 2])
+        found = csr_array((values, (rows, columns)), shape=(row.size, row.size))
+        found.eliminate_zeros()
+        return found
 
 
 def _from_correlations(sigma: float, first: float, second: float) -> Noise:

@@ -10,7 +10,6 @@ from cycloid_profile.diagnosis.model.chatter_spectrum import AS_GOOD as AS_GOOD
 from cycloid_profile.diagnosis.model.chatter_spectrum import PEAK as PEAK
 from cycloid_profile.diagnosis.model.chatter_spectrum import chatter_peaks as chatter_peaks
 from cycloid_profile.diagnosis.model.chatter_spectrum import chi2_reduction as chi2_reduction
-from cycloid_profile.diagnosis.model.chatter_spectrum import even_in as even_in
 from cycloid_profile.diagnosis.model.chatter_spectrum import peak_near as peak_near
 from cycloid_profile.diagnosis.model.detection import FALSE_ALARM as FALSE_ALARM
 from cycloid_profile.diagnosis.model.detection import Detection as Detection

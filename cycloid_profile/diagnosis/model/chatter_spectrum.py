@@ -35,24 +35,23 @@ def chatter_spectrum(
     return grid, wave_power(block, grid, z, speed)
 
 
-def even_in(block: Whitened, z: FloatArray) -> str:
-    """Motion of constant speed in which the strongest wave of a residual is even; the generating one unless another is
-    clearly better.
+def chatter_peaks(block: Whitened, z: FloatArray | None = None, most: int = 3) -> tuple[str, list[float]]:
+    """Motion of constant speed in which the waves are even, and their numbers, to a fiftieth of a wave.
+
+    The waves are the strongest significant peaks. The motion is that of the strongest wave; the generating one unless
+    another is clearly better.
     """
     lobes = block.residuals.reducer.case.drive.trochoid.lobes
-    powers = {}
-    for speed in SPEEDS:
-        grid, power = chatter_spectrum(block, z, speed)
-        # Multiples of the lobes are tooth form, in any motion.
-        powers[speed] = float(np.max(power[off_lobes(grid, lobes) > 1.0], initial=0.0))
-    best = max(powers, key=lambda speed: powers[speed])
-    return best if powers[best] > powers[GENERATING] + AS_GOOD else GENERATING
-
-
-def chatter_peaks(block: Whitened, z: FloatArray | None = None, most: int = 3, speed: str = GENERATING) -> list[float]:
-    """Numbers of waves of the strongest significant peaks, to a fiftieth of a wave."""
-    grid, power = chatter_spectrum(block, z, speed)
-    off = off_lobes(grid, block.residuals.reducer.case.drive.trochoid.lobes)
+    spectra = {speed: chatter_spectrum(block, z, speed) for speed in SPEEDS}
+    # Multiples of the lobes are tooth form, in any motion.
+    strongest = {
+        speed: float(np.max(power[off_lobes(grid, lobes) > 1.0], initial=0.0))
+        for speed, (grid, power) in spectra.items()
+    }
+    speed = max(SPEEDS, key=lambda one: strongest[one])
+    speed = speed if strongest[speed] > strongest[GENERATING] + AS_GOOD else GENERATING
+    grid, power = spectra[speed]
+    off = off_lobes(grid, lobes)
     found: list[float] = []
     for i in np.argsort(power)[::-1][:200]:
         if sidak(float(np.exp(-0.5 * power[i])), grid.size) > PEAK:
@@ -61,7 +60,7 @@ def chatter_peaks(block: Whitened, z: FloatArray | None = None, most: int = 3, s
             found.append(peak_near(block, float(grid[i]), block.projected(block.z) if z is None else z, speed))
         if len(found) == most:
             break
-    return found
+    return speed, found
 
 
 def peak_near(block: Whitened, waves: float, z: FloatArray, speed: str = GENERATING, reach: float = 0.5) -> float:
@@ -82,10 +81,11 @@ def power_one_by_one(block: Whitened, grid: FloatArray, z: FloatArray, speed: st
     """The same for correlated noise; a simple reference implementation."""
     along, across = np.empty(grid.size, dtype=np.complex128), np.empty(grid.size, dtype=np.complex128)
     length = np.empty(grid.size)
-    step = block.residuals.waves(float(grid[1] - grid[0]), speed)
-    wave = block.residuals.waves(float(grid[0]), speed)
+    step = block.residuals.waves(float(grid[1] - grid[0]), speed)[block.chosen]
+    wave = block.residuals.waves(float(grid[0]), speed)[block.chosen]
+    whitening = block.whitening
     for k in range(grid.size):
-        w = block.white(wave)
+        w = whitening @ wave
         along[k], across[k], length[k] = z @ w, np.sum(w * w), np.sum(np.abs(w) ** 2)
         wave = wave * step
     return chi2_reduction(along, across, length, z.size)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -12,6 +12,9 @@ from cycloid_profile.arrays import BoolArray, FloatArray
 from cycloid_profile.diagnosis.data.noise import Values
 from cycloid_profile.diagnosis.model.candidate import Candidate
 from cycloid_profile.diagnosis.model.residuals import Residuals
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 _NONE = np.zeros(0)
 
@@ -85,6 +88,12 @@ class Whitened:
         each = zip(self._files, np.split(values, ends), strict=True)
         return cast("Values", np.concatenate([one.white(some) for one, some in each]))
 
+    @property
+    def whitening(self) -> csr_array:
+        """Matrix that whitens the chosen rows of a single file, shape (rows, rows)."""
+        (only,) = self._files
+        return only.whitening
+
     def product(self, left: FloatArray, right: FloatArray) -> FloatArray:
         """leftᵀ M right, nuisances marginalised."""
         inner: FloatArray = left.T @ right - (left.T @ self._span) @ (self._span.T @ right)
@@ -107,11 +116,11 @@ class _Rows:
     def __init__(self, residuals: Residuals, held_out: bool) -> None:
         self.residuals = residuals
         self.chosen: BoolArray = (residuals.recording.held_out == held_out) & np.isfinite(residuals.residual)
-        self._starts = residuals.recording.starts(self.chosen)
+        self.whitening = residuals.recording.noise.whitening(residuals.recording.starts(self.chosen))
 
     def white(self, values: Values) -> Values:
         """Whitened values of the chosen rows, from values of all rows."""
-        return self.residuals.recording.noise.whiten(values[self.chosen], self._starts)
+        return cast("Values", self.whitening @ values[self.chosen])
 
 
 def _stacked(columns: Sequence[FloatArray]) -> FloatArray:

@@ -8,7 +8,7 @@ import numpy as np
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.diagnosis.model.candidate import Candidate, chatter
-from cycloid_profile.diagnosis.model.chatter_spectrum import AS_GOOD, PEAK, chatter_peaks, even_in, peak_near
+from cycloid_profile.diagnosis.model.chatter_spectrum import AS_GOOD, PEAK, chatter_peaks, peak_near
 from cycloid_profile.diagnosis.model.exact_model import ExactModel, State
 from cycloid_profile.diagnosis.model.optimum import Optimum
 from cycloid_profile.diagnosis.model.priors import priors_of
@@ -33,8 +33,7 @@ def waves_left(model: ExactModel, optimum: Optimum) -> list[Candidate]:
         if block.residuals.recording.kind is PROFILE_SCAN:
             disc = block.residuals.recording.disc + 1
             left = _residual_after_fit(block, members)
-            speed = even_in(block, left)
-            waves = chatter_peaks(block, left, speed=speed)
+            speed, waves = chatter_peaks(block, left)
             fresh = [n for n in waves if all(abs(n - other) > 1.0 for other in known)]
             found += [chatter(n, one, priors, speed) for n in fresh for one in ((disc, None) if turns else (disc,))]
     return found if known else [*found, *_under_pins(state, members)]
