@@ -235,6 +235,10 @@ def test_a_fit_is_given_up_only_if_it_cannot_reach_the_best():
         if again is not None:
             np.testing.assert_allclose(again.u, best.u, atol=0.2 / math.sqrt(best.R[0, 0]))
             assert again.misfit == pytest.approx(best.misfit, abs=0.05)
+    # A gain of less than 40 in chi² is no reason for another step.
+    early = model.optimum(Attempt((one,), best.u + np.array([0.01, 0.0]), least_gain=40.0), 0.0)
+    assert early.converged
+    assert best.misfit + 1.0 < early.misfit < best.misfit + 40.0
     # Cut short, it is no optimum.
     assert not model.optimum(Attempt((one,), start, steps=1), 0.0).converged
 

@@ -29,7 +29,6 @@ _LARGEST_STEP = 1.0  # prior widths, see ``_bounded``
 _ABANDONED_ABOVE = 50.0  # of chi² above the best set: five times the 9 between two distinguished sets
 _CACHED_STATES = 6  # states in the cache; each holds the load on every pin at every row
 _VANISHED = 1e-3  # prior widths: a one-sided effect that a change takes away
-_CONVERGED_GAIN = 0.02  # of chi²: a step with a smaller gain is the last
 # A row without a prediction counts as this many standard deviations.
 _NO_PREDICTION = 50.0
 
@@ -201,7 +200,7 @@ class ExactModel:
             R = equations.R
             step = _bounded(np.asarray(np.linalg.solve(np.eye(u.size) + R, equations.b - u), dtype=np.float64))
             expected = float(step @ (equations.b - u))
-            if expected < _CONVERGED_GAIN:
+            if expected < attempt.least_gain:
                 converged = True
                 break
             promised = float((equations.b - u) @ np.linalg.solve(np.eye(u.size) + R, equations.b - u))

@@ -14,6 +14,7 @@ from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.model.candidate import Candidate
 
 FARTHEST = 4.0  # widths: beyond this a size is implausible and the equilibrium may not exist
+_CONVERGED_GAIN = 0.02  # of chi²: a tenth of a standard deviation of one size
 _STEPS = 8  # most fits end earlier, by the gain of their last step
 
 
@@ -105,8 +106,8 @@ class Optimum:
 class Attempt:
     """Fit of ``members`` from ``start``, shape (2·members,), in at most ``steps`` steps.
 
-    Sizes are limited to ``farthest`` widths. The attempt is abandoned if even the linear model cannot reach ``beat``,
-    chi² with priors of a better set.
+    The last step is the first that promises less than ``least_gain`` of chi². Sizes are limited to ``farthest`` widths.
+    The attempt is abandoned if even the linear model cannot reach ``beat``, chi² with priors of a better set.
     """
 
     members: tuple[Candidate, ...]
@@ -114,3 +115,4 @@ class Attempt:
     steps: int = _STEPS
     beat: float = math.inf
     farthest: float = FARTHEST
+    least_gain: float = _CONVERGED_GAIN

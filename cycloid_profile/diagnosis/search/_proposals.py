@@ -52,16 +52,15 @@ class Move:
 
 
 def linear_proposals(
-    equations: NormalEquations, library: Library, optimum: Optimum, offsets: tuple[int, ...], anchored: bool
+    equations: NormalEquations, library: Library, optimum: Optimum, offsets: tuple[int, ...]
 ) -> list[Proposal]:
     """Best sets of each move about an optimum, most promising first.
 
-    ``equations`` of the whole library, linearised about the optimum and referred to zero. ``anchored``: promises are
-    relative to the evidence of the optimum.
+    ``equations`` of the whole library, linearised about the optimum and referred to zero.
     """
     base = library.places(optimum.members)
     scored = {one for move in _moves(equations, library, base) for one in _best(equations, library, move)}
-    level = _level(equations, library, optimum) if anchored else 0.0
+    level = _level(equations, library, optimum)
     return [
         Proposal(library.members(one.members), estimate(equations, one.members)[0], offsets, level + one.log_evidence)
         for one in sorted(scored, key=lambda s: -s.log_evidence)
@@ -69,7 +68,7 @@ def linear_proposals(
 
 
 def shapes_between(
-    equations: NormalEquations, library: Library, optimum: Optimum, offsets: tuple[int, ...], anchored: bool
+    equations: NormalEquations, library: Library, optimum: Optimum, offsets: tuple[int, ...]
 ) -> list[Proposal]:
     """Sets with an effect whose shape lies between two of the library: one more, or one of the optimum reshaped.
 
@@ -80,8 +79,7 @@ def shapes_between(
     names = {library.candidates[i].name for i in base}
     shapes, level = library.neighbouring_shapes, _level(equations, library, optimum)
     more = [one for one in shapes if one.name not in names]
-    found = _between(equations, library, base, more, offsets, level if anchored else 0.0)
-    # The same effect in another shape has nearly the same error of the model, so that promises compare everywhere.
+    found = _between(equations, library, base, more, offsets, level)
     for j, member in zip(base, optimum.members, strict=True):
         others = [i for i in base if i != j]
         same = [one for one in shapes if one.name == member.name]
@@ -98,8 +96,8 @@ def shapes_between(
 def _level(equations: NormalEquations, library: Library, optimum: Optimum) -> float:
     """Evidence of the optimum above its linear one.
 
-    Linear evidence is in units of the error of the model at this optimum. In curves that error grows with the effects,
-    so that only changes of evidence compare with other optima; in scans the plain value is the stricter one.
+    Linear evidence is in units of the error of the model at this optimum. That error grows with the effects, so that
+    only changes of evidence compare with other optima.
     """
     return optimum.log_evidence - linear_evidence(equations, library.priors, library.places(optimum.members))
 

@@ -120,6 +120,8 @@ def search_effects(
         whole.fit(Proposal(one.optimum.members, one.optimum.u, one.offsets) for one in stage.leading)
         whole.explore(tuned.EXPANSIONS_ON_ALL_ROWS)
         stage = whole
+    progress("fitting the best sets of effects closely")
+    stage.fit_best_closely()
     ranked = stage.at_residual_noise()
     best = ranked[0]
     found = stage.model(best.offsets)
@@ -177,6 +179,16 @@ class _Stage:
     def best(self) -> Fit:
         """The fit with the largest evidence, the first of equals."""
         return max(self._fits.values(), key=lambda one: one.evidence)
+
+    def fit_best_closely(self) -> None:
+        """Fit the sets that may be chosen to the last step: an earlier end can hide more than it promised to gain."""
+        ranked = self.at_residual_noise()
+        for one in ranked:
+            if one.optimum.members and one.evidence > ranked[0].evidence - tuned.CLOSE:
+                attempt = Attempt(one.optimum.members, one.optimum.u)
+                closer = self.model(one.offsets).optimum(attempt, self.library.prior(one.optimum.members))
+                if closer is not None and closer.misfit < self._fits[one.key].optimum.misfit:
+                    self._fits[one.key] = replace(one, optimum=closer)
 
     def at_residual_noise(self) -> list[Fit]:
         """All fits by decreasing evidence, with the variance that the best leaves where it exceeds the noise.
@@ -250,7 +262,7 @@ class _Stage:
                 break
             self._left -= 1
             self._tried.add((key, start))
-            attempt = Attempt(one.members, one.start, beat=self.best.optimum.misfit)
+            attempt = Attempt(one.members, one.start, beat=self.best.optimum.misfit, least_gain=tuned.LEAST_GAIN)
             optimum = self.model(one.offsets).optimum(attempt, self.library.prior(one.members))
             if optimum is None or optimum.implausible:
                 continue
@@ -288,10 +300,9 @@ class _Stage:
         """Sets that linear equations propose about an optimum, and about no effect those of finite size."""
         library = self.library
         equations = equations_about(model, library, fit.optimum)
-        anchored = not model.only_scans or model.is_comparison
-        found = linear_proposals(equations, library, fit.optimum, fit.offsets, anchored)
+        found = linear_proposals(equations, library, fit.optimum, fit.offsets)
         if not model.is_comparison:
-            found += shapes_between(equations, library, fit.optimum, fit.offsets, anchored)
+            found += shapes_between(equations, library, fit.optimum, fit.offsets)
             found.sort(key=lambda one: -one.promised)
             self.library = library.with_more([member for one in found for member in one.members])
         if fit.optimum.members:

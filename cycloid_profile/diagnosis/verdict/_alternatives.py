@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.model.candidate import Candidate, Variety
 from cycloid_profile.diagnosis.model.evidence import ALIAS, estimate
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
@@ -163,7 +164,7 @@ def _swapped(found: SearchResult, member: int, alternatives: Sequence[tuple[int,
         known = [o for o in found.fitted if set(o.members) == set(members) and o.converged]
         # An alternative that fits worse in linear equations is abandoned as soon as it cannot reach the best set.
         beat = math.inf if deficit < DISTINGUISHED else found.best.misfit
-        attempt = Attempt(members, found.start(members), steps=_STEPS, beat=beat)
+        attempt = Attempt(members, found.start(members), _STEPS, beat, least_gain=tuned.LEAST_GAIN)
         prior = found.library.prior(members)
         optima.append(_member_last(known[0], members[-1]) if known else found.model.optimum(attempt, prior))
     return optima

@@ -149,7 +149,7 @@ def _explain(
         detected = _detect_all_rows(found.model, library)
     progress("testing the residual after the effects")
     everything, best = detected.everything, found.best
-    final = everything.optimum(Attempt(best.members, best.u, steps=3), found.library.prior(best.members)) or best
+    final = everything.optimum(Attempt(best.members, best.u), found.library.prior(best.members)) or best
     after_effects = detect_given(everything.at(final).blocks, final.members)
     worst = largest_finding(after_effects) if after_effects.significant_findings else None
     return _Explanation(found, detected, final, after_effects, worst)
@@ -228,13 +228,17 @@ def _result(explanation: _Explanation, files: _Files, not_seen: NotSeen, progres
 
 
 def _is_accepted(explanation: _Explanation) -> bool:
-    """Whether the best set is accepted: evidence, and explained share if a residual remains."""
+    """Whether the best set is accepted: by evidence, and if a residual remains by the share that it explains."""
     best, detected = explanation.found.best, explanation.detected
     if not best.members or best.log_evidence < _LEAST_EVIDENCE:
         return False
     first, rows = detected.everything.baseline.chi2, detected.equations.rows
     explained = (first - explanation.final.chi2) / max(first - rows, 1e-9)
-    return explanation.worst is None or explained > _EXPLAINED
+    if explanation.worst is None:
+        return True
+    # One effect that explains more but would be implausibly large is nearer to what is there.
+    too_large = [one.share for one in nearest(detected.everything, detected.equations) if one.too_large]
+    return explained > max([_EXPLAINED, *too_large])
 
 
 def _gaps(
