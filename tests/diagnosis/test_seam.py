@@ -29,14 +29,21 @@ def scanned(effects, lobes_on, seed=5, points=4000):
     return parse_measurement(text, "scan.csv")
 
 
-def begins(effects, lobes_on, waves):
+def begins(effects, lobes_on, waves, speed="generating"):
     block = Whitened(Residuals(record(BUILT, scanned(effects, lobes_on)), BUILT))
-    return seam(block, block.projected(block.z), waves)
+    return seam(block, block.projected(block.z), waves, speed)
 
 
 @pytest.mark.parametrize("lobes_on", [0, 1, 13, 38])
 def test_seam_is_found(lobes_on):
     assert begins([UNEVEN], lobes_on, 612.0) == lobes_on
+
+
+@pytest.mark.parametrize(("clock", "speed"), [("polar", "c_axis"), ("arc", "surface")])
+def test_seam_is_found_in_the_motion_in_which_the_waves_are_even(clock, speed):
+    """Waves even in another motion were searched as if even in that of generation, and stayed without a name."""
+    waves = replace(UNEVEN, parameters={**UNEVEN.parameters, "x_clock": clock})
+    assert begins([waves], 13, 612.0, speed) == 13
 
 
 def test_integer_waves_have_no_seam():

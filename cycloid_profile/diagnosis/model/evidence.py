@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
-from cycloid_profile.diagnosis.model.candidate import IMPLAUSIBLE, Candidate, places
+from cycloid_profile.diagnosis.model.candidate import IMPLAUSIBLE, Candidate, Variety, places
 from cycloid_profile.diagnosis.model.whitened import NormalEquations, coordinates
 
 CHANCE = 0.05  # prior probability of each effect: two of forty are expected
@@ -205,6 +205,12 @@ class Library:
     def where(self, name: str, choice: Mapping[str, Any]) -> Candidate | None:
         """The candidate of a name with this choice of parts, None if absent."""
         return self._by_choice.get((name, _key(choice)))
+
+    @cached_property
+    def varieties(self) -> list[int]:
+        """Number of the variety of each candidate."""
+        numbers: dict[Variety, int] = {}
+        return [numbers.setdefault(one.variety, len(numbers)) for one in self.candidates]
 
     @cached_property
     def names(self) -> frozenset[str]:

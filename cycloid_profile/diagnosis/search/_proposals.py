@@ -175,10 +175,10 @@ def _best(equations: NormalEquations, library: Library, move: Move) -> list[Scor
         return []
     sets = of_different_names(equations, move.sets)
     ranked = sorted(scores(equations, library.priors, sets), key=lambda s: -s.log_evidence)
-    kinds: Counter[tuple[Variety, ...]] = Counter()
+    kinds: Counter[tuple[int, ...]] = Counter()
     chosen: list[Scored] = []
     for one in ranked:
-        kind = tuple(sorted((library.candidates[i].variety for i in one.members), key=str))
+        kind = tuple(sorted(library.varieties[i] for i in one.members))
         if kinds[kind] < move.of_a_kind:
             kinds[kind] += 1
             chosen.append(one)

@@ -9,7 +9,7 @@ import numpy as np
 from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
 from cycloid_profile.diagnosis.data.noise import sidak
 from cycloid_profile.diagnosis.data.recording import Recording
-from cycloid_profile.diagnosis.model.chatter_spectrum import PEAK, chi2_reduction
+from cycloid_profile.diagnosis.model.chatter_spectrum import GENERATING, PEAK, chi2_reduction
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
 from cycloid_profile.diagnosis.model.optimum import Optimum
 from cycloid_profile.diagnosis.model.whitened import Whitened
@@ -21,12 +21,15 @@ SPLIT = 1.5  # waves: a step in the middle of the scan splits a peak into two, o
 _STEP = 0.02  # waves
 
 
-def seam(block: Whitened, z: FloatArray, waves: float) -> int | None:
-    """Lobe, counted from 0, at which about ``waves`` waves begin in the residual ``z`` of a scan; None if ambiguous."""
+def seam(block: Whitened, z: FloatArray, waves: float, speed: str = GENERATING) -> int | None:
+    """Lobe, counted from 0, at which about ``waves`` waves begin in the residual ``z`` of a scan; None if ambiguous.
+
+    ``speed``: motion of constant speed, in which the waves are even.
+    """
     lobes = block.residuals.reducer.case.drive.trochoid.lobes
     of = (block.residuals.position[block.chosen] // (2.0 * np.pi)).astype(np.intp) % lobes
     grid = waves + np.arange(-SPLIT, SPLIT + 0.5 * _STEP, _STEP)
-    power = np.max([_power_from_each_lobe(block, z, float(n), of, lobes) for n in grid], axis=0)
+    power = np.max([_power_from_each_lobe(block, z, float(n), speed, of, lobes) for n in grid], axis=0)
     first, second = np.argsort(power)[:-3:-1]
     chance = sidak(float(np.exp(-0.5 * (power[first] - power[second]))), lobes)
     return int(first) if chance < PEAK else None
@@ -59,7 +62,9 @@ def _first_lobe(block: Whitened, best: Optimum) -> int | None:
     shown = _shown(best, block)
     if not shown:
         return None
-    return seam(block, _with_members_added(block, best, shown), float(best.members[shown[0]].choice["waves_per_turn"]))
+    choice = best.members[shown[0]].choice
+    z = _with_members_added(block, best, shown)
+    return seam(block, z, float(choice["waves_per_turn"]), str(choice["constant_speed"]))
 
 
 def _shown(best: Optimum, block: Whitened) -> list[int]:
@@ -76,9 +81,11 @@ def _with_members_added(block: Whitened, best: Optimum, some: Sequence[int]) -> 
     return z
 
 
-def _power_from_each_lobe(block: Whitened, z: FloatArray, waves: float, of: IntArray, lobes: int) -> FloatArray:
+def _power_from_each_lobe(
+    block: Whitened, z: FloatArray, waves: float, speed: str, of: IntArray, lobes: int
+) -> FloatArray:
     """Reduction of chi² by waves that begin at each lobe, shape (lobes,)."""
-    wave = block.white(block.residuals.waves(waves))
+    wave = block.white(block.residuals.waves(waves, speed))
     along = _from_each_lobe(z * wave, waves, of, lobes)
     across = _from_each_lobe(wave * wave, 2.0 * waves, of, lobes)
     return chi2_reduction(along, across, np.full(lobes, np.sum(np.abs(wave) ** 2)), z.size)
