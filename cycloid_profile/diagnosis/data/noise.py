@@ -403,7 +403,12 @@ def _noise_of_few(residual: FloatArray, stated: float | None) -> Noise:
 
 
 def gross_errors(residual: FloatArray, sigma: float) -> BoolArray:
-    """Reading errors: one or two rows far from their neighbourhood, whose neighbours are not displaced."""
+    """Reading errors: one or two rows far from their neighbourhood, whose neighbours are not displaced.
+
+    Where some are gross others are small: of all that are omitted, noise makes up at most the share ``_CHANCE``.
+    """
+    from scipy.special import ndtri
+
     n = residual.size
     if n < 2 * _LEAST_ROWS:
         return np.zeros(n, dtype=bool)
@@ -419,13 +424,22 @@ def gross_errors(residual: FloatArray, sigma: float) -> BoolArray:
     # The spread of a few rows scatters: only a clear excess over the noise counts as variation.
     beyond = np.sqrt(np.maximum(spread**2 - (_SCATTERED * sigma) ** 2, 0.0))
     unit = np.hypot(sigma, beyond)
-    far: BoolArray = np.abs(residual - middle) > _GROSS * unit
+    away = (residual - middle) / unit
+    neighbours = (windows[:, [reach - 1, reach + 1]] - middle[:, np.newaxis]) / unit[:, np.newaxis]
+    neighbours = neighbours * np.sign(away)[:, np.newaxis]
+    gross = _isolated(np.abs(away) > _GROSS, neighbours)
+    if not np.any(gross):
+        return gross
+    return _isolated(np.abs(away) > min(-ndtri(0.5 * _CHANCE * np.sum(gross) / n), _GROSS), neighbours)
+
+
+def _isolated(far: BoolArray, neighbours: FloatArray) -> BoolArray:
+    """Those of ``far`` rows that are no part of a feature; ``neighbours`` as in ``_belongs_to_feature``."""
     # Three or more rows in a run are a feature.
     together = np.convolve(far.astype(int), np.ones(3), mode="same")
     longer = np.convolve((together >= 3).astype(int), np.ones(3), mode="same") > 0
     alone = far & ~longer
-    neighbours = (windows[:, [reach - 1, reach + 1]] - middle[:, np.newaxis]) / unit[:, np.newaxis]
-    return alone & ~_belongs_to_feature(alone, neighbours * np.sign(residual - middle)[:, np.newaxis])
+    return alone & ~_belongs_to_feature(alone, neighbours)
 
 
 def _belongs_to_feature(alone: BoolArray, neighbours: FloatArray) -> BoolArray:
