@@ -74,7 +74,7 @@ def test_waves_may_begin_at_any_lobe():
     block = Whitened(one.under(white))
     z, rows = block.projected(block.z), block.chosen
     of = (one.position[rows] // (2.0 * math.pi)).astype(int) % LOBES
-    found = _power_from_each_lobe(block, z, waves, of, LOBES)
+    found = _power_from_each_lobe(block, z, waves, "generating", of, LOBES)
     for first in (0, 1, 20, 38):
         turn = one.position[rows] / LOBES - math.pi / LOBES
         angle = waves * (turn + 2.0 * math.pi * (of < first))

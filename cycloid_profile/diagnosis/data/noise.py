@@ -47,6 +47,7 @@ _ROUNDS = 10  # of expectation maximisation
 _RHO, _PARTIAL = np.linspace(-0.5, 0.98, 75), np.linspace(-0.92, 0.92, 93)
 _REFINED = 5  # times finer about the best
 _GROSS = 7.0  # standard deviations: noise alone exceeds them in no file
+_LEAST_ERRORS = 3  # gross ones: fewer do not show how large errors are
 _CHANCE = 0.003  # probability of mistaking a reading error for a feature, for a whole file
 _SCATTERED = 1.5  # times the noise: upper limit of the spread of a few rows of pure noise
 
@@ -428,7 +429,7 @@ def gross_errors(residual: FloatArray, sigma: float) -> BoolArray:
     neighbours = (windows[:, [reach - 1, reach + 1]] - middle[:, np.newaxis]) / unit[:, np.newaxis]
     neighbours = neighbours * np.sign(away)[:, np.newaxis]
     gross = _isolated(np.abs(away) > _GROSS, neighbours)
-    if not np.any(gross):
+    if np.sum(gross) < _LEAST_ERRORS:
         return gross
     return _isolated(np.abs(away) > min(-ndtri(0.5 * _CHANCE * np.sum(gross) / n), _GROSS), neighbours)
 
