@@ -20,14 +20,12 @@ BEAM, BEAM_ON_ALL_ROWS = 6, 2  # best sets whose neighbours are fitted, on few r
 EXPANSIONS, EXPANSIONS_ON_ALL_ROWS = 12, 4  # sets whose neighbours are fitted at most
 FITS, FITS_ON_ALL_ROWS = 150, 24  # exact fits at most: a bench of three files takes less than a minute
 LEAST_GAIN = 0.5  # of chi² by a further step of a fit in the search
-CLOSE = (
-    4.5  # of the evidence, two names that are not distinguished: sets this near the best are fitted to the last step
-)
 OPEN = 12.0  # of the evidence on all rows: sets this much worse than the best are not pursued
 # Of the evidence: the same for large effects, whose linear equations err; on all rows they start near the optimum.
 LINEAR_ERROR, LINEAR_ERROR_ON_ALL_ROWS = 0.02, 0.002
 MOST_EFFECTS = 5  # of a set: with two expected, one reducer in sixty has more; what needs more is no explanation
 DETERMINED = 2.0  # standard deviations from zero: a member below adds no name, only the error of its form
+DISTINGUISHED = 4.5  # half chi²: three standard deviations between two explanations
 FINITE = 12  # single effects fitted from a finite size
 
 # Orders of a turn.

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cycloid_profile.diagnosis import diagnose
-from cycloid_profile.diagnosis.data.noise import gross_errors
+from cycloid_profile.diagnosis.data._reading_errors import gross_errors
 from cycloid_profile.measurement import parse_measurement
 from tests.diagnosis.blind import Hidden, Noise, Reducer, scan
 from tests.diagnosis.test_bad_files import reducer

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from cycloid_profile.diagnosis.data.noise import Noise, estimate_noise, gross_errors, local_noise
+from cycloid_profile.diagnosis.data._reading_errors import gross_errors
+from cycloid_profile.diagnosis.data.noise import Noise, estimate_noise, local_noise
 
 CLASSES = {"white": (0.0, 0.0), "AR(1) 0.5": (0.5, 0.0), "AR(1) 0.7": (0.7, 0.0), "AR(2)": (0.64, -0.4)}
 SEEDS = range(8)
@@ -99,11 +100,11 @@ def test_whitened_rows_are_independent(name):
     starts[::60] = True
     noise = Noise(0.3, rho, partial)
     runs = np.concatenate([0.3 * draw(60, rho, partial, seed) for seed in range(1000)])
-    white = noise.whiten(runs, starts)
+    white = noise.whitening(starts) @ runs
     assert np.std(white) == pytest.approx(1.0, abs=0.015)
     for lag in (1, 2, 3):
         assert np.mean(white[lag:] * white[:-lag]) == pytest.approx(0.0, abs=0.015)
-    columns = noise.whiten(np.stack([runs, 2.0 * runs], axis=1), starts)
+    columns = noise.whitening(starts) @ np.stack([runs, 2.0 * runs], axis=1)
     assert np.allclose(columns, np.stack([white, 2.0 * white], axis=1))
 
 

@@ -104,7 +104,8 @@ def _path_width(
         return 0.0
     if float(np.sum(_left(path, fixed) ** 2)) < _APART * float(np.sum(path**2)):
         return 0.0
-    A, z, drift = (noise.whiten(values, starts) for values in (fixed, residual, path))
+    whitening = noise.whitening(starts)
+    A, z, drift = (whitening @ values for values in (fixed, residual, path))
     left, seen = np.split(_left(np.column_stack([z, drift]), A), [1], axis=1)
     left = left[:, 0]
     amount, *_ = np.linalg.lstsq(seen, left, rcond=1e-9)
@@ -158,7 +159,8 @@ def _significant_waves(
     starts: BoolArray,
 ) -> list[FloatArray]:
     """Those of ``waves`` that are significant, given freely fitted ``fixed`` and the ``line`` if it is significant."""
-    fitted, z, *columns = (noise.whiten(values, starts) for values in (fixed, residual, *waves, line))
+    whitening = noise.whitening(starts)
+    fitted, z, *columns = (whitening @ values for values in (fixed, residual, *waves, line))
     least = [_SIGNIFICANT_WAVE] * len(waves) + [_SIGNIFICANT_LINE]
     chosen: list[int] = []
     while True:

@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 from functools import cache
-from typing import TYPE_CHECKING, TypeVar, cast
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -46,10 +46,6 @@ _ROUNDS = 10  # of expectation maximisation
 # Correlation of neighbours and partial correlation of the next but one that are tried; at 1 a row adds nothing.
 _RHO, _PARTIAL = np.linspace(-0.5, 0.98, 75), np.linspace(-0.92, 0.92, 93)
 _REFINED = 5  # times finer about the best
-_GROSS = 7.0  # standard deviations: noise alone exceeds them in no file
-_LEAST_ERRORS = 3  # gross ones: fewer do not show how large errors are
-_CHANCE = 0.003  # probability of mistaking a reading error for a feature, for a whole file
-_SCATTERED = 1.5  # times the noise: upper limit of the spread of a few rows of pure noise
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,12 +101,11 @@ class Noise:
         """Variance per row at angular frequencies ``omega`` [rad per row]; σ² everywhere for white noise."""
         return self.innovation**2 / _denominator(self.rho, self.partial, np.cos(omega))
 
-    def whiten(self, values: Values, starts: BoolArray) -> Values:
-        """Rows in units of independent noise, in their shape; ``starts`` marks rows without a predecessor."""
-        return cast("Values", self.whitening(starts) @ values)
-
     def whitening(self, starts: BoolArray) -> csr_array:
-        """The matrix of ``whiten``, shape (rows, rows): a row and at most two before it."""
+        """The matrix that turns rows into units of independent noise, shape (rows, rows).
+
+        It combines a row and at most two before it; ``starts`` marks rows without a predecessor.
+        """
         # Imported here: scipy.sparse takes longer to load than this module.
         from scipy.sparse import csr_array
 
@@ -401,66 +396,6 @@ def local_noise(residual: FloatArray, index: IntArray, stated: float | None = No
 def _noise_of_few(residual: FloatArray, stated: float | None) -> Noise:
     """White noise of rows that are too few for a spectrum: all that they scatter."""
     return Noise(stated if stated is not None else max(float(np.std(residual)), 1e-12))
-
-
-def gross_errors(residual: FloatArray, sigma: float) -> BoolArray:
-    """Reading errors: one or two rows far from their neighbourhood, whose neighbours are not displaced.
-
-    Where some are gross others are small: of all that are omitted, noise makes up at most the share ``_CHANCE``.
-    """
-    from scipy.special import ndtri
-
-    n = residual.size
-    if n < 2 * _LEAST_ROWS:
-        return np.zeros(n, dtype=bool)
-    reach = 5
-    padded = np.concatenate([residual[reach:0:-1], residual, residual[-2 : -2 - reach : -1]])
-    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * reach + 1)
-    # Effects vary within the window: subtract the median slope across the row.
-    steps = np.arange(1, reach + 1)
-    slope = np.median((windows[:, reach + steps] - windows[:, reach - steps]) / (2.0 * steps), axis=1)
-    windows = windows - slope[:, np.newaxis] * np.arange(-reach, reach + 1)
-    middle = np.median(windows, axis=1)
-    spread = 1.4826 * np.median(np.abs(windows - middle[:, np.newaxis]), axis=1)
-    # The spread of a few rows scatters: only a clear excess over the noise counts as variation.
-    beyond = np.sqrt(np.maximum(spread**2 - (_SCATTERED * sigma) ** 2, 0.0))
-    unit = np.hypot(sigma, beyond)
-    away = (residual - middle) / unit
-    neighbours = (windows[:, [reach - 1, reach + 1]] - middle[:, np.newaxis]) / unit[:, np.newaxis]
-    neighbours = neighbours * np.sign(away)[:, np.newaxis]
-    gross = _isolated(np.abs(away) > _GROSS, neighbours)
-    if np.sum(gross) < _LEAST_ERRORS:
-        return gross
-    return _isolated(np.abs(away) > min(-ndtri(0.5 * _CHANCE * np.sum(gross) / n), _GROSS), neighbours)
-
-
-def _isolated(far: BoolArray, neighbours: FloatArray) -> BoolArray:
-    """Those of ``far`` rows that are no part of a feature; ``neighbours`` as in ``_belongs_to_feature``."""
-    # Three or more rows in a run are a feature.
-    together = np.convolve(far.astype(int), np.ones(3), mode="same")
-    longer = np.convolve((together >= 3).astype(int), np.ones(3), mode="same") > 0
-    alone = far & ~longer
-    return alone & ~_belongs_to_feature(alone, neighbours)
-
-
-def _belongs_to_feature(alone: BoolArray, neighbours: FloatArray) -> BoolArray:
-    """Which of the rows ``alone`` belong to a feature wider than the row spacing; ``neighbours`` of shape (rows, 2).
-
-    ``neighbours``: deviations of the previous and the next row, in standard deviations, positive in the
-    direction of the flagged row. A reading error is
-    independent of its neighbours. A displaced neighbour marks a feature if neither scatter nor a second error explains
-    it.
-    """
-    from scipy.special import ndtr
-
-    errors = int(np.count_nonzero(alone & ~np.roll(alone, 1)))
-    off = np.maximum(np.max(neighbours, axis=1), np.sum(neighbours, axis=1) / math.sqrt(2.0))
-    by_scatter = 3.0 * ndtr(-off)  # minimum p-value of three tests
-    by_another = 2.0 * errors / alone.size
-    more = alone & (errors * (by_scatter + by_another) < _CHANCE)
-    # Two adjacent rows belong together.
-    found: BoolArray = alone & (more | np.roll(more, 1) | np.roll(more, -1))
-    return found
 
 
 def upper_tail(score: float) -> float:

@@ -9,8 +9,9 @@ import numpy as np
 from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
 from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.data._drift import loop_drift, origin_drift, turn_drift
+from cycloid_profile.diagnosis.data._reading_errors import gross_errors
 from cycloid_profile.diagnosis.data._smooth_forms import forms_of_scan, waves
-from cycloid_profile.diagnosis.data.noise import Noise, estimate_noise, gross_errors, local_noise, run_starts
+from cycloid_profile.diagnosis.data.noise import Noise, estimate_noise, local_noise, run_starts
 from cycloid_profile.effects import AsBuiltReducer, transmitted_torque
 from cycloid_profile.errors import MeasurementError
 from cycloid_profile.measurement import (

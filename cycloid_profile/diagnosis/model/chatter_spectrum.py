@@ -92,7 +92,7 @@ def power_one_by_one(block: Whitened, grid: FloatArray, z: FloatArray, speed: st
 
 
 def power_in_white_noise(block: Whitened, grid: FloatArray, z: FloatArray, speed: str = GENERATING) -> FloatArray:
-    """The same for white noise, six times as fast: products of block waves and waves within a block."""
+    """The same for white noise, five times as fast: products of block waves and waves within a block."""
     sigma = block.residuals.recording.noise.sigma
     first, step = float(grid[0]), float(grid[1] - grid[0])
     within = np.stack(

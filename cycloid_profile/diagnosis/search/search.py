@@ -184,10 +184,11 @@ class _Stage:
         """Fit the sets that may be chosen to the last step: an earlier end can hide more than it promised to gain."""
         ranked = self.at_residual_noise()
         for one in ranked:
-            if one.optimum.members and one.evidence > ranked[0].evidence - tuned.CLOSE:
-                attempt = Attempt(one.optimum.members, one.optimum.u)
-                closer = self.model(one.offsets).optimum(attempt, self.library.prior(one.optimum.members))
-                if closer is not None and closer.misfit < self._fits[one.key].optimum.misfit:
+            before = one.optimum
+            if before.members and one.evidence > ranked[0].evidence - tuned.DISTINGUISHED:
+                attempt = Attempt(before.members, before.u)
+                closer = self.model(one.offsets).optimum(attempt, self.library.prior(before.members))
+                if closer is not None and closer.misfit < before.misfit:
                     self._fits[one.key] = replace(one, optimum=closer)
 
     def at_residual_noise(self) -> list[Fit]:

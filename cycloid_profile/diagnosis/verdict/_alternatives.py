@@ -20,7 +20,6 @@ from cycloid_profile.diagnosis.search.search import SearchResult
 from cycloid_profile.diagnosis.verdict._identical_effects import always_identical, cosine
 from cycloid_profile.diagnosis.verdict.result import NamedEffect, SizedEffect
 
-DISTINGUISHED = 4.5  # half chi²: three standard deviations between two explanations
 _RESCORED_SWAPS = 4  # names, each of one disc and of all
 _RESCORED_PLACES = 6  # locations of the same effect
 # With few pins in contact, linear equations misjudge effects that load further pins. A loop has one pose, so the exact
@@ -87,7 +86,7 @@ def rotation_notes(everything: ExactModel, final: Optimum) -> list[str]:
         if any(known <= names for known in found):
             continue
         state = everything.state(other.members, other.u)
-        if state is not None and state.chi2 < final.chi2 + 2.0 * DISTINGUISHED:
+        if state is not None and state.chi2 < final.chi2 + 2.0 * tuned.DISTINGUISHED:
             angles = " and ".join(f"{member.angle} of {member.name}" for member in members)
             together = " together" if len(members) > 1 else ""
             found[names] = f"{angles} plus 180°{together} fits as well: these files do not separate them"
@@ -115,9 +114,9 @@ def ambiguity_group(
         alternative = rescored.remaining_member(others)
         if alternative is None or alternative.name == mine.name or rescored.implausible:
             continue
-        if _fit_of(rescored) >= _fit_of(best) - DISTINGUISHED:
+        if _fit_of(rescored) >= _fit_of(best) - tuned.DISTINGUISHED:
             group.setdefault(alternative.name, alternative)
-    names, at_places, reach = _RESCORED_SWAPS, 1, DISTINGUISHED
+    names, at_places, reach = _RESCORED_SWAPS, 1, tuned.DISTINGUISHED
     if found.model.only_loops:
         names, at_places, reach = _RESCORED_OF_LOOPS, _PLACES_OF_LOOPS, _REACH_OF_CURVES
     evaluated: list[tuple[int, float]] = []
@@ -131,7 +130,7 @@ def ambiguity_group(
             # The exact model evaluates the nearest alternatives, linear equations the rest.
             tried[alternative.variety] += 1
             evaluated.append((i, deficit))
-        elif deficit < DISTINGUISHED:
+        elif deficit < tuned.DISTINGUISHED:
             group[alternative.name] = alternative
     if evaluated:
         progress(f"alternatives: {', '.join(dict.fromkeys(library.candidates[i].name for i, _ in evaluated))}")
@@ -143,7 +142,7 @@ def ambiguity_group(
 
 def _at_other_locations(found: SearchResult, member: int, progress: Callable[[str], None]) -> tuple[SizedEffect, ...]:
     """The same effect on other discs, cranks, lobes or pins that fits as well."""
-    reach = DISTINGUISHED if found.model.only_scans else _REACH_OF_CURVES
+    reach = tuned.DISTINGUISHED if found.model.only_scans else _REACH_OF_CURVES
     near = swaps(found, member, reach, other_locations=True)[:_RESCORED_PLACES]
     if near:
         progress(f"other locations of {found.best.members[member].name}")
@@ -163,7 +162,7 @@ def _swapped(found: SearchResult, member: int, alternatives: Sequence[tuple[int,
         members = (*others, found.library.candidates[i])
         known = [o for o in found.fitted if set(o.members) == set(members) and o.converged]
         # An alternative that fits worse in linear equations is abandoned as soon as it cannot reach the best set.
-        beat = math.inf if deficit < DISTINGUISHED else found.best.misfit
+        beat = math.inf if deficit < tuned.DISTINGUISHED else found.best.misfit
         attempt = Attempt(members, found.start(members), _STEPS, beat, least_gain=tuned.LEAST_GAIN)
         prior = found.library.prior(members)
         optima.append(_member_last(known[0], members[-1]) if known else found.model.optimum(attempt, prior))
@@ -188,8 +187,8 @@ def _fits_as_well(best: Optimum, alternative: Optimum | None, deficit: float) ->
 
     An alternative whose fit did not converge counts as equal if its linear deficit is below ``DISTINGUISHED``.
     """
-    if alternative is None or alternative.implausible or _fit_of(alternative) < _fit_of(best) - DISTINGUISHED:
-        return deficit < DISTINGUISHED and not (alternative is not None and alternative.converged)
+    if alternative is None or alternative.implausible or _fit_of(alternative) < _fit_of(best) - tuned.DISTINGUISHED:
+        return deficit < tuned.DISTINGUISHED and not (alternative is not None and alternative.converged)
     return True
 
 
@@ -199,7 +198,7 @@ def _fit_of(optimum: Optimum) -> float:
 
 
 def swaps(
-    named: SearchResult, member: int, reach: float = DISTINGUISHED, other_locations: bool = False
+    named: SearchResult, member: int, reach: float = tuned.DISTINGUISHED, other_locations: bool = False
 ) -> list[tuple[int, float]]:
     """Candidates that could replace a member of the best set, each with its deficit (half chi²), smallest first.
 

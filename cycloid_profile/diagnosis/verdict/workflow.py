@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -29,7 +30,7 @@ from cycloid_profile.diagnosis.search.lobe_index import index_lobes
 from cycloid_profile.diagnosis.search.seam import seam_notes
 from cycloid_profile.diagnosis.search.search import SearchResult, search_effects
 from cycloid_profile.diagnosis.verdict._alternatives import location_notes, named_effects, rotation_notes
-from cycloid_profile.diagnosis.verdict.nearest_effects import nearest
+from cycloid_profile.diagnosis.verdict.nearest_effects import NearestEffect, nearest
 from cycloid_profile.diagnosis.verdict.rest_curves import EmpiricalFit, empirical_fits, exceed_noise
 from cycloid_profile.diagnosis.verdict.result import Diagnosis, FileGap, NamedEffect
 from cycloid_profile.effects import AsBuiltReducer
@@ -140,6 +141,11 @@ class _Explanation:
     after_effects: Detection
     worst: Finding | None
 
+    @cached_property
+    def nearest(self) -> tuple[NearestEffect, ...]:
+        """The effects that explain most alone, whatever their size."""
+        return nearest(self.detected.everything, self.detected.equations)
+
 
 def _explain(
     found: SearchResult, detected: _Detected, library: Sequence[Candidate], progress: Callable[[str], None]
@@ -200,7 +206,7 @@ def _result(explanation: _Explanation, files: _Files, not_seen: NotSeen, progres
     where = _places(detected.detection) or _places(
         detect(detected.everything.baseline.blocks, None, within_accuracy=True)
     )
-    near = () if effects else nearest(detected.everything, detected.equations)
+    near = () if effects else explanation.nearest
     notes += [one.sentence for one in near if one.too_large]
     empirical: tuple[EmpiricalFit, ...] = ()
     model = explanation.found.model
@@ -232,12 +238,12 @@ def _is_accepted(explanation: _Explanation) -> bool:
     best, detected = explanation.found.best, explanation.detected
     if not best.members or best.log_evidence < _LEAST_EVIDENCE:
         return False
-    first, rows = detected.everything.baseline.chi2, detected.equations.rows
-    explained = (first - explanation.final.chi2) / max(first - rows, 1e-9)
     if explanation.worst is None:
         return True
+    first, rows = detected.everything.baseline.chi2, detected.equations.rows
+    explained = (first - explanation.final.chi2) / max(first - rows, 1e-9)
     # One effect that explains more but would be implausibly large is nearer to what is there.
-    too_large = [one.share for one in nearest(detected.everything, detected.equations) if one.too_large]
+    too_large = [one.share for one in explanation.nearest if one.too_large]
     return explained > max([_EXPLAINED, *too_large])
 
 
