@@ -12,6 +12,7 @@ SCALE = 0.005  # of the size of an effect: two solvers of one law differ by as m
 LOOP_PATH = {"ground": 0.0, "machined": 0.0, "printed": 0.04}
 LOOP_PATH_STEP = 0.05  # of the largest torque: distance over which that error changes
 REVERSAL = 0.5  # of friction just after a reversal, where it slips in many forms
+DRIFT = 4.0  # times the noise, from the middle to either end: an instrument drifts less, a part that creeps more
 
 # Search.
 ADDITIONS = 8  # kinds of sets with one more effect, and as many with two more, fitted about an optimum

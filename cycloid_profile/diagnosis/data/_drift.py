@@ -20,7 +20,7 @@ from cycloid_profile.diagnosis.data.noise import Noise, run_starts
 _CHANCE = 1.0 / 80.0  # of a drift in a file without one
 _SIGNIFICANT_LINE = 6.25  # of chi²: this chance for a line
 _SIGNIFICANT_WAVE = 14.0  # of chi²: one in 1,000 for one order
-_WIDTH = 2.0  # times the estimate
+DRIFT_WIDTH = 2.0  # times the estimate
 _LEAST_SPAN = 0.9  # of a turn
 # Share of the square of a drift that effects must leave: it is 0.02 where a loop passes each branch once, 0.05 in a
 # turn with all its low orders, 0.7 where a loop passes a quarter again.
@@ -116,7 +116,7 @@ def _path_width(
     if gammaincc(0.5 * seen.shape[1], 0.5 * gain) > _CHANCE:
         return 0.0
     # By moments: columns that the fixed ones nearly contain have amounts that are all noise.
-    return _WIDTH * math.sqrt(max(gain - seen.shape[1], 0.0) * level / float(np.sum(seen**2)))
+    return DRIFT_WIDTH * math.sqrt(max(gain - seen.shape[1], 0.0) * level / float(np.sum(seen**2)))
 
 
 def _left(values: FloatArray, fixed: FloatArray) -> FloatArray:

@@ -8,7 +8,7 @@ import numpy as np
 
 from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
 from cycloid_profile.diagnosis import _tuned as tuned
-from cycloid_profile.diagnosis.data._drift import loop_drift, origin_drift, turn_drift
+from cycloid_profile.diagnosis.data._drift import DRIFT_WIDTH, loop_drift, origin_drift, turn_drift
 from cycloid_profile.diagnosis.data._reading_errors import gross_errors
 from cycloid_profile.diagnosis.data._smooth_forms import forms_of_scan, waves
 from cycloid_profile.diagnosis.data.noise import Noise, estimate_noise, local_noise, run_starts
@@ -108,6 +108,11 @@ class Recording:
     def accuracy(self) -> float:
         """Declared accuracy of the simulation, in ``unit``."""
         return SIMULATION_ACCURACY[self.kind]
+
+    @property
+    def shown_drift(self) -> float:
+        """Drift that the rows show, from the middle to either end, in ``unit``."""
+        return self.drift / DRIFT_WIDTH
 
     def starts(self, chosen: BoolArray) -> BoolArray:
         """Mask of the ``chosen`` rows without a predecessor, shape (chosen rows,)."""
@@ -316,10 +321,19 @@ def _curve_recording(reducer: AsBuiltReducer, measurement: Measurement) -> Recor
         # Averaged and smoothed: what varies slowly along the branches is the reducer, not the reading.
         noise = local_noise(residual[rows], rows, measurement.stated_noise)
     drift = _drift(reducer, measurement, residual[rows], rows, noise)
-    if drift:
-        notes.append("the rows drift from the first to the last; their drift is fitted with the effects")
     held_out = block % _HELD_OUT == 2
-    return Recording(measurement, 0, rows, held_out, noise, tuple(notes), predicted=predicted, drift=drift)
+    found = Recording(measurement, 0, rows, held_out, noise, tuple(notes), predicted=predicted, drift=drift)
+    return replace(found, notes=(*notes, *_drift_note(found)))
+
+
+def _drift_note(recording: Recording) -> list[str]:
+    if not recording.drift:
+        return []
+    note = "the rows drift from the first to the last; their drift is fitted with the effects"
+    times = recording.shown_drift / recording.noise.sigma
+    if times > tuned.DRIFT:
+        note = f"{note}; it is {times:.0f} times the noise: parts creep or warm up, or the instrument does"
+    return [note]
 
 
 def _drift(

@@ -17,6 +17,7 @@ import numpy as np
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.data.noise import SCATTER_OF_ESTIMATE, sidak, upper_tail
+from cycloid_profile.diagnosis.data.recording import Recording
 from cycloid_profile.diagnosis.model._model_error import orders_of_turn
 from cycloid_profile.diagnosis.model.candidate import Candidate, places
 from cycloid_profile.diagnosis.model.chatter_spectrum import chatter_spectrum
@@ -180,10 +181,23 @@ def _block_findings(block: Whitened, z: FloatArray) -> list[Finding]:
         orders = orders_of_turn(block.residuals.reducer.case.drive.trochoid)
         found.append(_orders(replace(base, coordinate="order"), block, position, orders))
     limits = {"waves per turn": _WAVE_LIMIT, "order": _WAVE_LIMIT, "psi_deg": 2.0, "file": 1.0}
-    return [
+    found = [
         replace(f, over_accuracy=abs(f.amplitude) / (limits.get(f.coordinate, _LOCAL_LIMIT) * recording.accuracy))
         for f in found
     ]
+    return [*found, *_drift_findings(base, recording, position)]
+
+
+def _drift_findings(base: Finding, recording: Recording, position: FloatArray) -> list[Finding]:
+    """The drift of a curve, which is found though it is fitted: beyond some noise it is no reading error."""
+    if not (recording.kind.is_curve and recording.drift):
+        return []
+    drift, sigma = recording.shown_drift, recording.noise.sigma
+    scale = 1.0 if recording.kind is HYSTERESIS else 1.0 / DEGREE
+    start, end = (float(x) * scale for x in position[[0, -1]])
+    drifts = replace(base, coordinate=recording.kind.coordinate, start=start, end=end, amplitude=drift)
+    # One reading of such an error is less probable than the whole path: an upper bound.
+    return [replace(drifts, p_value=2.0 * upper_tail(drift / sigma), over_accuracy=drift / (tuned.DRIFT * sigma))]
 
 
 def _windows(base: Finding, z: FloatArray, position: FloatArray, width: int, sigma: float) -> Finding:

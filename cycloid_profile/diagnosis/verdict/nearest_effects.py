@@ -43,8 +43,13 @@ class NearestEffect:
 
 
 def nearest(model: ExactModel, equations: NormalEquations) -> tuple[NearestEffect, ...]:
-    """The three effects that explain most alone; the first with the exact model if its size is implausible."""
-    gap = max(equations.chi2 - equations.rows, 1e-9)
+    """The three effects that explain most alone; the first with the exact model if its size is implausible.
+
+    None where a drift that is fitted leaves no more than the noise.
+    """
+    gap = equations.chi2 - equations.rows
+    if gap <= 0.0:
+        return ()
     best: dict[str, tuple[float, Candidate, FloatArray]] = {}
     for i, candidate in enumerate(equations.candidates):
         where = coordinates([i])

@@ -41,8 +41,7 @@ def loop_gap(diagnosis: Diagnosis, gap: FileGap) -> tuple[Figure, str]:
         top.legend(loc="upper left")
         marks.draw_file_residual(bottom, number, difference, gap)
         for finding in marks.significant(diagnosis, gap, "row") if residuals is gap.before else []:
-            rows = recording.rows[np.clip([int(finding.start), int(finding.end)], 0, recording.rows.size - 1)] + 1.0
-            marks.outline_span(bottom, float(rows[0]), float(rows[1]))
+            marks.outline_span(bottom, finding.start, finding.end)
         bottom.set_xlabel("row of the file [number]")
     limits = [ax.get_xlim() for ax in axes[0]]
     for ax in axes[0]:

@@ -203,9 +203,9 @@ def _range(finding: Finding, diagnosis: Diagnosis) -> str:
     for gap in diagnosis.gaps:
         recording = gap.recording
         if finding.coordinate == "row" and recording.name == finding.file:
-            rows = [recording.rows[min(max(int(at), 0), recording.rows.size - 1)] for at in (start, end)]
-            torque = " to ".join(_rounded(value) for value in recording.measurement["torque_nm"][rows])
-            return f"rows {rows[0] + 1} to {rows[1] + 1}, torque {torque} N·m"
+            rows = [int(start), int(end)]
+            torque = " to ".join(_rounded(recording.measurement["torque_nm"][row - 1]) for row in rows)
+            return f"rows {rows[0]} to {rows[1]}, torque {torque} N·m"
     return f"{readable(finding.coordinate)} {start:.4g} to {end:.4g}"
 
 
