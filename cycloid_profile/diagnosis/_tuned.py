@@ -8,6 +8,7 @@ UNEVEN_DISC = 1.0  # of what holes make softer in some directions: bolts, pillar
 BEARING_STIFFNESS = 0.2  # of the bearing's stiffness: catalogue values scatter by as much
 FORM = 0.02  # of an effect, for each slow modulation of its pattern
 SCALE = 0.005  # of the size of an effect: two solvers of one law differ by as much
+LAW_OF_JOINT = 0.1  # of the twist of a joint that stiffens, in each octave of torque: power laws and knees differ so
 # Of the whole twist of a loop, along its path: printed parts soften, warm up, stick and slip. Metal has no such error.
 LOOP_PATH = {"ground": 0.0, "machined": 0.0, "printed": 0.04}
 LOOP_PATH_STEP = 0.05  # of the largest torque: distance over which that error changes
@@ -27,6 +28,7 @@ LINEAR_ERROR, LINEAR_ERROR_ON_ALL_ROWS = 0.02, 0.002
 MOST_EFFECTS = 5  # of a set: with two expected, one reducer in sixty has more; what needs more is no explanation
 DETERMINED = 2.0  # standard deviations from zero: a member below adds no name, only the error of its form
 DISTINGUISHED = 4.5  # half chi²: three standard deviations between two explanations
+LARGEST_GROUP = 5  # names: what more effects explain equally is a remainder next to an effect that has a name
 FINITE = 12  # single effects fitted from a finite size
 
 # Orders of a turn.

@@ -89,7 +89,8 @@ class Effect:
     the machine. The effect repeats ``harmonic`` times while its angle turns once; its linear coordinates
     rotate by ``phase_per_lobe_index`` lobe pitches when the lobe index shifts by one. The response is linear in the
     size or ``linear_in_reciprocal``. ``shapes``, parameters that shape an effect of one cause, each with values that
-    span what is found in practice, its default first.
+    span what is found in practice, its default first. ``law_varies``: the response to the torque has that form in one
+    drive and another in the next, as of joints.
 
     Raises ``SpecError`` if a parameter is not a number or outside its bounds.
     """
@@ -101,6 +102,7 @@ class Effect:
     phase_per_lobe_index: ClassVar[float] = 0.0
     linear_in_reciprocal: ClassVar[bool] = False
     shapes: ClassVar[Mapping[str, tuple[float | str, ...]]] = MappingProxyType({})
+    law_varies: ClassVar[bool] = False
 
     def __init_subclass__(cls) -> None:
         cls.name = re.sub(r"(?<!^)(?=[A-Z])", "_", cls.__name__).lower()

@@ -40,6 +40,7 @@ class NonlinearSeriesCompliance(Effect):
 
     remedy = "tighter joints, preload; it belongs to the model"
     location = EffectLocation.COMPLIANCE
+    law_varies = True
     shapes = MappingProxyType({"exponent": (0.7, 0.4, 1.0, 1.5, 2.0)})
     twist_arcmin: float = size_field("twist at rated torque [arcmin]", 1.0, 0.0, 21600.0)
     exponent: float = shape_field("exponent of the torque", 0.7, 0.2, 5.0)

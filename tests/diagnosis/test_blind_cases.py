@@ -94,13 +94,22 @@ IN_SMALL = {
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(reason="slow creep counts as red noise of the loop, and friction explains the rest")
 def test_creep_on_a_loop_has_no_name():
     of_loops = ("x_loop_creep", "x_rate_stiffening")
     asked = {"effects": 0, "outside": 1, "files": ("loop",), "sizes": (0.7, 2.0), "names": of_loops}
     answer = ask(Question("outside", 2401100, asked))
     assert [one["name"] for one in answer.truth] == ["x_loop_creep"]
     assert answer.verdict == "unknown_effect"
+
+
+@pytest.mark.slow
+def test_joints_of_another_law_are_named_without_the_effects_that_mend_their_form():
+    # Each octave of torque errs by a tenth of the twist: play and wear of the flanks no longer explain the difference.
+    of_loops = ("x_loop_creep", "x_rate_stiffening")
+    asked = {"effects": 0, "outside": 1, "files": ("loop",), "sizes": (0.7, 2.0), "names": of_loops}
+    answer = ask(Question("outside", 2501101, asked))
+    assert [one["name"] for one in answer.truth] == ["x_rate_stiffening"]
+    assert answer.groups == [["nonlinear_series_compliance"]]
 
 
 @pytest.mark.slow

@@ -138,7 +138,8 @@ def test_generator_imports_nothing_of_the_package():
 
 
 def test_every_effect_of_the_contract_can_be_drawn():
-    measured = set(EFFECTS) - ONLY_TOLERANCES - OF_PLASTICS
+    # Joints that stiffen have another law in the generator, which is not of the contract.
+    measured = set(EFFECTS) - ONLY_TOLERANCES - OF_PLASTICS - {"nonlinear_series_compliance"}
     assert set(KINDS) == measured
     assert {one.name for one in AT_TOLERANCE} == measured
     assert all(name.startswith("x_") for name in OUTSIDE)

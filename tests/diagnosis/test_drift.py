@@ -13,7 +13,7 @@ from cycloid_profile.diagnosis.data._drift import loop_drift, origin_drift, turn
 from cycloid_profile.diagnosis.data.noise import Noise as RowNoise
 from cycloid_profile.measurement import parse_measurement
 from cycloid_profile.spec import parse_spec
-from tests.diagnosis.blind import REDUCERS, Hidden, Noise, scan, spec_text
+from tests.diagnosis.blind import REDUCERS, Hidden, Noise, loop, scan, spec_text
 
 ROWS = 3000
 ANGLE = np.arange(ROWS) * 2.0 * np.pi / ROWS
@@ -149,3 +149,17 @@ def test_a_scan_of_a_perfect_disc_agrees_though_its_origin_drifts():
     found = diagnose(built, [parse_measurement(text, "scan.csv")])
     assert found.verdict == "agrees"
     assert any("origin drifts" in note for note in found.notes)
+
+
+@pytest.mark.parametrize(("creep", "verdict"), [(0.0, "agrees"), (0.12, "unknown_effect")])
+def test_a_loop_that_creeps_does_not_agree_and_one_that_drifts_with_the_noise_does(creep: float, verdict: str) -> None:
+    hidden = [Hidden("x_loop_creep", {"amount_arcmin": creep, "rows": 90.0})] if creep else []
+    drawing = REDUCERS["11 lobes"]
+    text = loop(drawing, hidden, noise=Noise(0.004, drift=0.0 if creep else 2.0), seed=3)
+    found = diagnose(as_built_reducer(parse_spec(spec_text(drawing))), [parse_measurement(text, "loop.csv")])
+    assert found.verdict == verdict
+    assert any("rows drift" in note for note in found.notes)
+    if creep:
+        assert found.remainder is not None
+        assert found.remainder.coordinate == "row"
+        assert found.remainder.amplitude == pytest.approx(0.5 * creep, rel=0.5)

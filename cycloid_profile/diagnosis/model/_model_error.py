@@ -26,6 +26,7 @@ from cycloid_profile.units import NEWTON_METRE
 _NEAR, _FAR = 1.0, 4.0  # pin pitches over which the coupling of neighbouring pins by the disc decays
 _STICKS = (0.5, 1.0)  # of the torque over which friction sticks after a reversal: others slip at once, or sooner
 _WHOLE_LOOP = 2.0  # of the largest torque
+_OCTAVES = 6  # of torque: below a thirtieth of the largest either flank may touch
 _MULTIPLES = 6  # of lobes and pins: amplitudes fall with the harmonic
 
 
@@ -202,6 +203,17 @@ def form_error(
         # What only moves the zero is not seen, and so cannot be seen to vary.
         signature = signature - np.nanmean(signature)
     return tuned.FORM * signature[:, np.newaxis] * waves(angles)
+
+
+def law_error(signature: FloatArray, recording: Recording) -> FloatArray:
+    """Columns of the error of a joint whose law is not known: its ``signature`` on a loop, octave by octave of torque.
+
+    A power law, a spring of rising stiffness and a curve of three slopes differ by as much; shape (rows, octaves).
+    """
+    torque = np.abs(recording.measurement["torque_nm"])
+    octave = np.log2(np.max(torque) / np.maximum(torque[recording.rows], 1e-9 * np.max(torque)))
+    hats = hat_functions(np.minimum(octave, _OCTAVES - 1.0), _OCTAVES)
+    return tuned.LAW_OF_JOINT * signature[:, np.newaxis] * hats
 
 
 def _form_error_of_loop(signature: FloatArray, recording: Recording) -> FloatArray:

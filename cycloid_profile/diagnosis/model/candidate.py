@@ -25,6 +25,7 @@ from cycloid_profile.effects import (
     Effect,
     EffectLocation,
     GrindingChatter,
+    NonlinearSeriesCompliance,
     Parameter,
     coordinates,
     parameters,
@@ -39,8 +40,7 @@ NOT_YET_PROPOSED = frozenset({
     "tooth_form_error", "pin_ring_three_lobed", "ring_mounting_ovality", "carrier_bore_error", "common_planet_runout",
     "sun_runout", "input_runout", "elastoslide_friction", "stribeck_friction",
 })  # fmt: skip
-# Metal neither creeps nor softens at these loads.
-OF_PLASTICS = frozenset({"nonlinear_series_compliance", "viscoelastic_creep"})
+OF_PLASTICS = frozenset({"viscoelastic_creep"})
 # A displaced pin is an alias of a pin with another radius. The spectrum proposes the waves of chatter.
 ONLY_TOLERANCES = NOT_YET_PROPOSED | {"pin_position_error"}
 _NOT_LISTED = ONLY_TOLERANCES | {"grinding_chatter"}
@@ -262,13 +262,17 @@ def candidates(reducer: AsBuiltReducer, scanned: frozenset[int], curves: bool) -
     for kind in EFFECTS.values():
         if kind.name in _NOT_LISTED or (kind.location is not EffectLocation.FLANK and not curves):
             continue
-        if kind.name in OF_PLASTICS and priors.quality != "printed":
-            continue
         for choice in _choices(kind, reducer, scanned, curves):
             candidate = candidate_of(kind, choice, priors)
-            if _exists(candidate, reducer):
+            if (priors.quality == "printed" or not _of_plastics(candidate)) and _exists(candidate, reducer):
                 found.append(candidate)
     return tuple(found)
+
+
+def _of_plastics(candidate: Candidate) -> bool:
+    """Whether the effect needs a plastic: metal does not creep at these loads, and its joints stiffen, not soften."""
+    softens = candidate.kind is NonlinearSeriesCompliance and candidate.choice["exponent"] >= 1.0
+    return softens or candidate.name in OF_PLASTICS
 
 
 def candidate_of(kind: type[Effect], choice: Mapping[str, Any], priors: Priors) -> Candidate:

@@ -15,6 +15,7 @@ from cycloid_profile.diagnosis.data.recording import Recording
 from cycloid_profile.diagnosis.model._model_error import (
     branch_error,
     form_error,
+    law_error,
     load_error,
     order_error,
     path_error,
@@ -178,6 +179,12 @@ class Residuals:
         if self.recording.kind is not HYSTERESIS:
             # The form of an effect on a loop errs with torque and path already.
             each += [self._shape_error(one, x) for one, x in zip(members, u.reshape(-1, 2), strict=True)]
+        else:
+            each += [
+                law_error(one, self.recording)
+                for one, member in zip(signatures, members, strict=True)
+                if member.kind.law_varies
+            ]
         return np.hstack([np.zeros((self.residual.size, 0)), *each])
 
     def _shape_error(self, member: Candidate, u: FloatArray) -> FloatArray:

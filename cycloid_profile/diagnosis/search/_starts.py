@@ -28,6 +28,7 @@ from cycloid_profile.diagnosis.search._second_order import (
 from cycloid_profile.geometry import Trochoid
 
 _SIZES = (0.5, 2.0)  # prior widths: a flank that lifts off at one of them may bear at the other
+_ANGLES, _SIZES_OF_ANGLES = 8, (0.5, 1.5)  # per turn, and prior widths
 _FEW = 16  # places and shapes of one effect that are all tried
 _REACH = 1.5  # lobes or pins
 _LEAST, _MOST = 0.1, 5.0  # times this size: range of the starts
@@ -60,7 +61,30 @@ def of_finite_size(
     best: dict[Variety, Proposal] = {}
     for _, proposal in found:
         best.setdefault(proposal.members[0].variety, proposal)
-    return list(best.values())[: tuned.FINITE]
+    leading = list(best.values())[: tuned.FINITE]
+    return [*leading, *_at_other_angles(model, first, offsets)] if model.only_loops else leading
+
+
+def _at_other_angles(model: ExactModel, tried: Iterable[_Directed], offsets: tuple[int, ...]) -> list[Proposal]:
+    """Effects with an angle at each angle where chi² has a minimum, best first.
+
+    At the one pose of a loop few pins bear, and which of them depends on the angle: several angles may fit.
+    """
+    turns = np.exp(2j * np.pi * np.arange(_ANGLES) / _ANGLES)
+    found: list[tuple[float, Proposal]] = []
+    for one in tried:
+        if one.candidate.angle is None:
+            continue
+        starts = np.multiply.outer(turns, _SIZES_OF_ANGLES)
+        chi2 = np.full(starts.shape, np.inf)
+        for where, at in np.ndenumerate(starts):
+            state = model.state([one.candidate], np.array([at.real, at.imag]))
+            chi2[where] = np.inf if state is None else state.chi2
+        least = np.min(chi2, axis=1)
+        for i in np.flatnonzero((least <= np.roll(least, 1)) & (least <= np.roll(least, -1)) & np.isfinite(least)):
+            at = starts[i, np.argmin(chi2[i])]
+            found.append((float(least[i]), Proposal((one.candidate,), np.array([at.real, at.imag]), offsets)))
+    return [proposal for _, proposal in sorted(found, key=lambda one: one[0])]
 
 
 def moved_nearby(model: ExactModel, library: Library, optimum: Optimum, offsets: tuple[int, ...]) -> list[Proposal]:

@@ -27,6 +27,7 @@ _RESCORED_PLACES = 6  # locations of the same effect
 _RESCORED_OF_LOOPS = 15
 _PLACES_OF_LOOPS = 3  # locations of one name: on a loop they differ little
 _REACH_OF_CURVES = 40.0  # half chi²
+_LISTED = 5  # names in a note
 _STEPS = 4  # of a replaced member: the others start at their optimum
 
 
@@ -58,6 +59,23 @@ def named_effects(
             )
         )
     return tuple(described)
+
+
+def clear_effects(effects: Sequence[NamedEffect]) -> list[int]:
+    """Numbers of the effects to name: those of small groups, else the one of the smallest.
+
+    A further effect that many others could replace is a remainder: something is left, and the files do not show what.
+    """
+    sizes = [len(one.group) for one in effects]
+    clear = [i for i, size in enumerate(sizes) if size <= tuned.LARGEST_GROUP]
+    return clear or [sizes.index(min(sizes))]
+
+
+def group_note(effect: NamedEffect) -> str:
+    """Sentence on an effect that is not named because too many others fit as well."""
+    some = ", ".join(effect.group[:_LISTED])
+    fits = f"what is left fits any of {len(effect.group)} effects, among them {some}: these files do not separate them"
+    return f"{fits}; measure {effect.separate_by}" if effect.separate_by else fits
 
 
 def location_notes(effects: Sequence[NamedEffect]) -> list[str]:

@@ -29,7 +29,13 @@ from cycloid_profile.diagnosis.planning.detectable import smallest_detectable
 from cycloid_profile.diagnosis.search.lobe_index import index_lobes
 from cycloid_profile.diagnosis.search.seam import seam_notes
 from cycloid_profile.diagnosis.search.search import SearchResult, search_effects
-from cycloid_profile.diagnosis.verdict._alternatives import location_notes, named_effects, rotation_notes
+from cycloid_profile.diagnosis.verdict._alternatives import (
+    clear_effects,
+    group_note,
+    location_notes,
+    named_effects,
+    rotation_notes,
+)
 from cycloid_profile.diagnosis.verdict.nearest_effects import NearestEffect, nearest
 from cycloid_profile.diagnosis.verdict.rest_curves import EmpiricalFit, empirical_fits, exceed_noise
 from cycloid_profile.diagnosis.verdict.result import Diagnosis, FileGap, NamedEffect
@@ -146,6 +152,11 @@ class _Explanation:
         """The effects that explain most alone, whatever their size."""
         return nearest(self.detected.everything, self.detected.equations)
 
+    def part(self, some: Sequence[int]) -> _Explanation:
+        """Explanation by some members only, with the sizes that they have next to the others."""
+        found = replace(self.found, best=self.found.best.part(some))
+        return _explained(found, self.detected, self.final.part(some))
+
 
 def _explain(
     found: SearchResult, detected: _Detected, library: Sequence[Candidate], progress: Callable[[str], None]
@@ -154,9 +165,13 @@ def _explain(
     if found.model is not detected.model:
         detected = _detect_all_rows(found.model, library)
     progress("testing the residual after the effects")
-    everything, best = detected.everything, found.best
-    final = everything.optimum(Attempt(best.members, best.u), found.library.prior(best.members)) or best
-    after_effects = detect_given(everything.at(final).blocks, final.members)
+    best = found.best
+    final = detected.everything.optimum(Attempt(best.members, best.u), found.library.prior(best.members)) or best
+    return _explained(found, detected, final)
+
+
+def _explained(found: SearchResult, detected: _Detected, final: Optimum) -> _Explanation:
+    after_effects = detect_given(detected.everything.at(final).blocks, final.members)
     worst = largest_finding(after_effects) if after_effects.significant_findings else None
     return _Explanation(found, detected, final, after_effects, worst)
 
@@ -201,6 +216,11 @@ def _result(explanation: _Explanation, files: _Files, not_seen: NotSeen, progres
     effects: tuple[NamedEffect, ...] = ()
     if _is_accepted(explanation):
         effects = named_effects(explanation.found, detected.everything, explanation.final, progress)
+        clear = clear_effects(effects)
+        if len(clear) < len(effects):
+            notes += [group_note(one) for i, one in enumerate(effects) if i not in clear]
+            effects, explanation = tuple(effects[i] for i in clear), explanation.part(clear)
+            best = explanation.found.best
         notes += [*location_notes(effects), *rotation_notes(detected.everything, explanation.final)]
     corrected = _reducer_with(reducer, effects)
     where = _places(detected.detection) or _places(
