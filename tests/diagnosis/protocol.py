@@ -28,7 +28,7 @@ from cycloid_profile.measurement import Measurement, parse_measurement
 from cycloid_profile.spec import parse_spec
 from tests.diagnosis.blind import Case, draw_case, draw_wide, spec_text
 from tests.diagnosis.blind.cases import measured
-from tests.diagnosis.separable import Scaled, seen, strength, view_of
+from tests.diagnosis.separable import Scaled, inseparable, seen, strength, view_of
 from tests.diagnosis.workers import one_core
 
 # Pairs that no ordinary measurement separates: either name is correct if the group contains the other.
@@ -185,7 +185,9 @@ def _wide(case: Case, files: Sequence[str], found: Diagnosis, any_drive: bool) -
     """Whether an ambiguity group has too many names beyond true aliases."""
     groups = [set(effect.group) for effect in found.effects]
     if any_drive:
-        return any(len(group) > WIDE_GROUP for group in groups)
+        wide = set().union(*(group for group in groups if len(group) > WIDE_GROUP))
+        same = set().union(*(inseparable(case, one, wide) for one in case.truth)) if wide else set()
+        return any(len(group - same) > WIDE_GROUP for group in groups)
     if all(len(group) <= GROUP_MAY_HAVE + 1 for group in groups):
         return False
     aliases = {one.name: {one.name} for one in case.truth}

@@ -10,16 +10,18 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from itertools import product
 from typing import Any
 
 import numpy as np
+from scipy.optimize import least_squares
 
-from tests.diagnosis.blind import KINDS, Body, Case, Hidden, Law, Noise, Reducer, Roark
+from tests.diagnosis.blind import KINDS, Body, Case, Hidden, Law, Noise, PowerLaw, Reducer, ReferenceDepth, Roark
 from tests.diagnosis.blind.cases import FILES, NOISE, measured
+from tests.diagnosis.blind.contact import at_rated
 from tests.diagnosis.blind.effects import ONE_DISC, Kind
 
 Array = np.ndarray
@@ -35,12 +37,17 @@ _FULL = {"scan": 5000, "loop": 251, "te": 3000, "lost_motion": 600}
 _EVERY = 5
 # A bore is found to 0.1 µm [mm]; what is free is wider than any reading, in its unit.
 _BORE, _FREE = 1e-4, 1e3
+_DRIFTS = 2.0  # standard deviations of the noise: the largest that ``draw_wide`` draws
+_DISTINGUISHED = 3.0  # standard deviations between two explanations
 _WAVES = {"disc_oval": 2, "pin_ring_oval": 2}
 
 
 @dataclass(frozen=True)
 class View:
-    """Files of a reducer under stated conditions, with their ``noise`` by kind of file and ``rows`` by file."""
+    """Files of a reducer under stated conditions, with their ``noise`` by kind of file and ``rows`` by file.
+
+    ``may_be``: other contact laws and bodies that the reducer may have for all that a diagnosis knows.
+    """
 
     files: tuple[str, ...]
     reducer: Reducer = field(default_factory=Reducer)
@@ -50,6 +57,7 @@ class View:
     rows: tuple[tuple[str, int], ...] = ()
     contact: Law = field(default_factory=Roark)
     body: Body = field(default_factory=Body)
+    may_be: tuple[tuple[Law, Body], ...] = ()
 
     @property
     def kinds(self) -> set[str]:
@@ -98,6 +106,10 @@ class View:
             free, datum = [(np.conj(normal) * 1j * before).real], [normal.real, normal.imag]
         known = [_FREE * column for column in free]
         known += [(_FREE if self.datum == "free" else _BORE) * column for column in datum]
+        if kind != "scan":
+            known += [
+                _drawing(replace(self, contact=law, body=body, may_be=()))[name] - before for law, body in self.may_be
+            ]
         if noise.drift:
             t = np.linspace(-1.0, 1.0, before.size)
             shapes = (t, np.cos(0.5 * math.pi * t), np.sin(0.5 * math.pi * t))
@@ -273,13 +285,68 @@ def view_of(files: Sequence[str], settings: Mapping[str, object]) -> View:
 
 def strength(case: Case, one: Hidden) -> float:
     """λ of a hidden effect in the files of a case: below about 4 no test of them finds it four times of five."""
+    return float(np.linalg.norm(view_of_case(case).change([one])))
+
+
+def view_of_case(case: Case) -> View:
+    """Files of a case as a diagnosis may know them: of a foreign reducer neither law nor body nor drift is known."""
     plain = view_of(tuple(case.files), case.hidden_settings)
     rows = dict(case.hidden_settings.get("rows", {}))  # type: ignore[call-overload]
-    view = replace(
+    foreign = "contact" in case.forms
+    noise = {kind: replace(one, drift=_DRIFTS) if foreign else one for kind, one in case.noise.items()}
+    return replace(
         plain,
         reducer=case.reducer,
         datum=str(case.hidden_settings.get("datum", "bore")),
-        noise=tuple(case.noise.items()),
+        noise=tuple(noise.items()),
         rows=tuple(rows.items()),
+        may_be=_foreign(case.reducer) if foreign else (),
     )
-    return float(np.linalg.norm(view.change([one])))
+
+
+def _foreign(reducer: Reducer) -> tuple[tuple[Law, Body], ...]:
+    """Laws and bodies at the ends of what ``draw_wide`` draws."""
+    load, approach = at_rated(reducer)
+    laws = (PowerLaw(1.25), PowerLaw(1.0, 1.1), ReferenceDepth(3.0), ReferenceDepth(15.0))
+    bodies = (Body(0.25 * approach / load, 1.0), Body(0.25 * approach / load, 3.0))
+    return (*((law, Body()) for law in laws), *((Roark(), body) for body in bodies))
+
+
+def inseparable(case: Case, one: Hidden, names: Iterable[str]) -> set[str]:
+    """Those of ``names`` that at some place and size change the files as ``one`` does.
+
+    Within three standard deviations; sizes are fitted exactly, from the linear ones.
+    """
+    view = view_of_case(case)
+    pattern = view.change([one])
+    found: set[str] = set()
+    for name, coordinates in rivals(view):
+        if name in names and name not in found and _imitates(view, coordinates, pattern):
+            found.add(name)
+    return found
+
+
+def _imitates(view: View, coordinates: Sequence[Hidden], pattern: Array) -> bool:
+    kind = KINDS[coordinates[0].name]
+    typical = _typical(kind)
+    span = np.stack([derivative(view, one) for one in coordinates], axis=1) / typical
+    start, *_ = np.linalg.lstsq(span, pattern, rcond=1e-6)
+
+    def left(x: Array) -> Array:
+        size = float(np.hypot(*x)) if x.size == 2 else abs(float(x[0]))
+        sized = at_size(coordinates[0], max(size, 1e-6 * typical))
+        if x.size == 2:
+            (angle,) = kind.angles
+            degrees = math.degrees(math.atan2(x[1], x[0])) / _WAVES.get(sized.name, 1)
+            sized = Hidden(sized.name, sized.parameters | {angle: degrees})
+        elif x[0] < 0.0:
+            if not kind.signed:
+                return pattern
+            sized = Hidden(sized.name, sized.parameters | {kind.key: -sized[kind.key]})
+        return pattern - view.change([sized])
+
+    bound = _LARGEST * typical
+    fit = least_squares(
+        left, np.clip(start, -bound, bound), bounds=(-1.01 * bound, 1.01 * bound), x_scale=typical, max_nfev=8
+    )
+    return float(np.linalg.norm(fit.fun)) < _DISTINGUISHED

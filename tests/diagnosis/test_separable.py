@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from tests.diagnosis.blind import KINDS, Hidden, Noise, draw_case, draw_wide, scan
+from tests.diagnosis.blind import KINDS, Body, Hidden, Noise, PowerLaw, draw_case, draw_wide, scan
 from tests.diagnosis.blind.reducer import Reducer
-from tests.diagnosis.separable import Scaled, View, derivative, rivals, seen, strength
+from tests.diagnosis.separable import Scaled, View, derivative, inseparable, rivals, seen, strength
 
 SCAN = View(("scan",))
 RADIAL = Hidden("radial_moving_error", {"amount_um": 2.0, "disc": 1})
@@ -71,3 +73,22 @@ def test_strength_is_that_of_the_case():
     assert strength(case, one) == pytest.approx(np.linalg.norm(derivative(SCAN, OVAL)), rel=0.02)
     wide = draw_wide(11, names=("disc_oval",))
     assert strength(wide, wide.truth[0]) > 10.0
+
+
+def test_what_another_contact_law_would_do_is_no_signal():
+    """Softer bearings bend a loop as a softer contact does: of a foreign reducer nobody knows which it is."""
+    softer = Hidden("crank_bearing_compliance", {"added_um_per_kn": 0.5})
+    known = View(("loop",))
+    unknown = replace(known, may_be=((PowerLaw(1.25), Body()), (PowerLaw(1.0, 1.1), Body())))
+    alone, left = (float(np.linalg.norm(view.change([softer]))) for view in (known, unknown))
+    assert left < 0.2 * alone
+    friction = Hidden("coulomb_friction", {"torque_nm": 5.0})
+    assert np.linalg.norm(unknown.change([friction])) > 0.8 * np.linalg.norm(known.change([friction]))
+
+
+def test_effects_that_no_analysis_of_a_loop_separates():
+    case = draw_case(5, files=("loop",), names=("equidistant_error",))
+    names = {"pin_radius_error", "coulomb_friction", "series_compliance"}
+    # Thicker pins are a thicker disc. On one disc of two they are not.
+    assert inseparable(case, Hidden("equidistant_error", {"amount_um": 1.0}), names) == {"pin_radius_error"}
+    assert not inseparable(case, Hidden("equidistant_error", {"amount_um": 1.0, "disc": 1}), names)

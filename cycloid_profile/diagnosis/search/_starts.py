@@ -61,8 +61,8 @@ def of_finite_size(
     best: dict[Variety, Proposal] = {}
     for _, proposal in found:
         best.setdefault(proposal.members[0].variety, proposal)
-    leading = list(best.values())[: tuned.FINITE]
-    return [*leading, *_at_other_angles(model, first, offsets)] if model.only_loops else leading
+    kept = list(best.values())[: tuned.FINITE]
+    return [*kept, *_at_other_angles(model, first, offsets)] if model.only_loops else kept
 
 
 def _at_other_angles(model: ExactModel, tried: Iterable[_Directed], offsets: tuple[int, ...]) -> list[Proposal]:
