@@ -205,11 +205,14 @@ def form_error(
     return tuned.FORM * signature[:, np.newaxis] * waves(angles)
 
 
-def law_error(signature: FloatArray, recording: Recording) -> FloatArray:
+def law_error(signature: FloatArray, reducer: AsBuiltReducer, recording: Recording) -> FloatArray:
     """Columns of the error of a joint whose law is not known: its ``signature`` on a loop, octave by octave of torque.
 
-    A power law, a spring of rising stiffness and a curve of three slopes differ by as much; shape (rows, octaves).
+    A power law, a spring of rising stiffness and a curve of three slopes differ by as much; shape (rows, octaves). Of
+    printed parts the error of the path is larger.
     """
+    if tuned.LOOP_PATH[priors_of(reducer).quality]:
+        return np.zeros((signature.size, 0))
     torque = np.abs(recording.measurement["torque_nm"])
     octave = np.log2(np.max(torque) / np.maximum(torque[recording.rows], 1e-9 * np.max(torque)))
     hats = hat_functions(np.minimum(octave, _OCTAVES - 1.0), _OCTAVES)

@@ -181,7 +181,7 @@ class Residuals:
             each += [self._shape_error(one, x) for one, x in zip(members, u.reshape(-1, 2), strict=True)]
         else:
             each += [
-                law_error(one, self.recording)
+                law_error(one, self.reducer, self.recording)
                 for one, member in zip(signatures, members, strict=True)
                 if member.kind.law_varies
             ]

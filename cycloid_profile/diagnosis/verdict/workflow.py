@@ -155,7 +155,8 @@ class _Explanation:
     def part(self, some: Sequence[int]) -> _Explanation:
         """Explanation by some members only, with the sizes that they have next to the others."""
         found = replace(self.found, best=self.found.best.part(some))
-        return _explained(found, self.detected, self.final.part(some))
+        final = self.final.part(some)
+        return _explained(found, self.detected, replace(final, chi2=self.detected.everything.at(final).chi2))
 
 
 def _explain(
@@ -217,10 +218,10 @@ def _result(explanation: _Explanation, files: _Files, not_seen: NotSeen, progres
     if _is_accepted(explanation):
         effects = named_effects(explanation.found, detected.everything, explanation.final, progress)
         clear = clear_effects(effects)
-        if len(clear) < len(effects):
+        part = explanation if len(clear) == len(effects) else explanation.part(clear)
+        if part is not explanation and part.worst is not None and _is_accepted(part):
             notes += [group_note(one) for i, one in enumerate(effects) if i not in clear]
-            effects, explanation = tuple(effects[i] for i in clear), explanation.part(clear)
-            best = explanation.found.best
+            effects, explanation, best = tuple(effects[i] for i in clear), part, part.found.best
         notes += [*location_notes(effects), *rotation_notes(detected.everything, explanation.final)]
     corrected = _reducer_with(reducer, effects)
     where = _places(detected.detection) or _places(
