@@ -217,12 +217,9 @@ def _result(explanation: _Explanation, files: _Files, not_seen: NotSeen, progres
     effects: tuple[NamedEffect, ...] = ()
     if _is_accepted(explanation):
         effects = named_effects(explanation.found, detected.everything, explanation.final, progress)
-        clear = clear_effects(effects)
-        part = explanation if len(clear) == len(effects) else explanation.part(clear)
-        if part is not explanation and part.worst is not None and _is_accepted(part):
-            notes += [group_note(one) for i, one in enumerate(effects) if i not in clear]
-            effects, explanation, best = tuple(effects[i] for i in clear), part, part.found.best
-        notes += [*location_notes(effects), *rotation_notes(detected.everything, explanation.final)]
+        explanation, effects, left_out = _without_ambiguous(explanation, effects)
+        best = explanation.found.best
+        notes += [*left_out, *location_notes(effects), *rotation_notes(detected.everything, explanation.final)]
     corrected = _reducer_with(reducer, effects)
     where = _places(detected.detection) or _places(
         detect(detected.everything.baseline.blocks, None, within_accuracy=True)
@@ -252,6 +249,18 @@ def _result(explanation: _Explanation, files: _Files, not_seen: NotSeen, progres
         best.log_evidence,
         empirical,
     )
+
+
+def _without_ambiguous(
+    explanation: _Explanation, effects: tuple[NamedEffect, ...]
+) -> tuple[_Explanation, tuple[NamedEffect, ...], list[str]]:
+    """The explanation by clear effects alone, if it is accepted with a remainder, and notes on those left out."""
+    clear = clear_effects(effects)
+    part = explanation.part(clear) if len(clear) < len(effects) else explanation
+    if part is explanation or part.worst is None or not _is_accepted(part):
+        return explanation, effects, []
+    notes = [group_note(one) for i, one in enumerate(effects) if i not in clear]
+    return part, tuple(effects[i] for i in clear), notes
 
 
 def _is_accepted(explanation: _Explanation) -> bool:
