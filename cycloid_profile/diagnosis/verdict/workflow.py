@@ -43,6 +43,7 @@ from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.measurement import PROFILE_SCAN, Measurement, scanned_disc
 
 _LEAST_EVIDENCE = 5.0  # odds of 150 to 1 against no effect
+_CLOSED = 0.9  # share of the rms that effects must close if others next to them are not named
 _EXPLAINED = 0.9  # share of the initial residual that accepted effects explain if a residual remains
 
 NotSeen = dict[str, tuple[float, str]]
@@ -155,8 +156,7 @@ class _Explanation:
     def part(self, some: Sequence[int]) -> _Explanation:
         """Explanation by some members only, with the sizes that they have next to the others."""
         found = replace(self.found, best=self.found.best.part(some))
-        final = self.final.part(some)
-        return _explained(found, self.detected, replace(final, chi2=self.detected.everything.at(final).chi2))
+        return _explained(found, self.detected, self.final.part(some))
 
 
 def _explain(
@@ -254,13 +254,24 @@ def _result(explanation: _Explanation, files: _Files, not_seen: NotSeen, progres
 def _without_ambiguous(
     explanation: _Explanation, effects: tuple[NamedEffect, ...]
 ) -> tuple[_Explanation, tuple[NamedEffect, ...], list[str]]:
-    """The explanation by clear effects alone, if it is accepted with a remainder, and notes on those left out."""
+    """The explanation by clear effects alone, if they close the gap with a remainder, and notes on those left out."""
     clear = clear_effects(effects)
     part = explanation.part(clear) if len(clear) < len(effects) else explanation
-    if part is explanation or part.worst is None or not _is_accepted(part):
+    if part is explanation or part.worst is None or not _closes(part):
         return explanation, effects, []
     notes = [group_note(one) for i, one in enumerate(effects) if i not in clear]
     return part, tuple(effects[i] for i in clear), notes
+
+
+def _closes(explanation: _Explanation) -> bool:
+    """Whether the best set closes nine tenths of the rms of each file, beyond noise, on the rows to fit."""
+    model = explanation.found.model
+    for before, after in zip(model.baseline.residuals, model.at(explanation.found.best).residuals, strict=True):
+        fitted, noise2 = ~before.recording.held_out, before.recording.noise.sigma**2
+        gap, left = (fitted_rms(one, fitted) ** 2 - noise2 for one in (before, after))
+        if gap > noise2 and left > (1.0 - _CLOSED) ** 2 * gap:
+            return False
+    return True
 
 
 def _is_accepted(explanation: _Explanation) -> bool:
