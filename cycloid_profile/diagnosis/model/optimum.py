@@ -96,7 +96,7 @@ class Optimum:
         return found
 
     def part(self, some: Sequence[int]) -> Optimum:
-        """The optimum of ``some`` members, by number, next to the others; ``chi2`` and evidence are those of all."""
+        """Sizes of ``some`` members, by number, next to the others; ``chi2`` and evidence are those of all."""
         where = [2 * i + c for i in some for c in range(2)]
         members = tuple(self.members[i] for i in some)
         square = np.ix_(where, where)

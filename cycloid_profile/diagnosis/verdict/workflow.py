@@ -43,7 +43,7 @@ from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.measurement import PROFILE_SCAN, Measurement, scanned_disc
 
 _LEAST_EVIDENCE = 5.0  # odds of 150 to 1 against no effect
-_CLOSED = 0.9  # share of the rms that effects must close if others next to them are not named
+_CLOSED = 0.8  # share of the rms that effects must close if others next to them are not named
 _EXPLAINED = 0.9  # share of the initial residual that accepted effects explain if a residual remains
 
 NotSeen = dict[str, tuple[float, str]]
@@ -153,10 +153,14 @@ class _Explanation:
         """The effects that explain most alone, whatever their size."""
         return nearest(self.detected.everything, self.detected.equations)
 
-    def part(self, some: Sequence[int]) -> _Explanation:
-        """Explanation by some members only, with the sizes that they have next to the others."""
-        found = replace(self.found, best=self.found.best.part(some))
-        return _explained(found, self.detected, self.final.part(some))
+    def part(self, some: Sequence[int]) -> _Explanation | None:
+        """Explanation by some members alone, None if they fit at no plausible size."""
+        start = self.found.best.part(some)
+        prior = self.found.library.prior(start.members)
+        best = self.found.model.optimum(Attempt(start.members, start.u), prior)
+        if best is None or best.implausible:
+            return None
+        return _final(replace(self.found, best=best), self.detected)
 
 
 def _explain(
@@ -166,13 +170,13 @@ def _explain(
     if found.model is not detected.model:
         detected = _detect_all_rows(found.model, library)
     progress("testing the residual after the effects")
-    best = found.best
-    final = detected.everything.optimum(Attempt(best.members, best.u), found.library.prior(best.members)) or best
-    return _explained(found, detected, final)
+    return _final(found, detected)
 
 
-def _explained(found: SearchResult, detected: _Detected, final: Optimum) -> _Explanation:
-    after_effects = detect_given(detected.everything.at(final).blocks, final.members)
+def _final(found: SearchResult, detected: _Detected) -> _Explanation:
+    everything, best = detected.everything, found.best
+    final = everything.optimum(Attempt(best.members, best.u), found.library.prior(best.members)) or best
+    after_effects = detect_given(everything.at(final).blocks, final.members)
     worst = largest_finding(after_effects) if after_effects.significant_findings else None
     return _Explanation(found, detected, final, after_effects, worst)
 
@@ -254,17 +258,21 @@ def _result(explanation: _Explanation, files: _Files, not_seen: NotSeen, progres
 def _without_ambiguous(
     explanation: _Explanation, effects: tuple[NamedEffect, ...]
 ) -> tuple[_Explanation, tuple[NamedEffect, ...], list[str]]:
-    """The explanation by clear effects alone, if they close the gap with a remainder, and notes on those left out."""
+    """The explanation by clear effects alone, if they close the gap, and notes on those left out."""
     clear = clear_effects(effects)
-    part = explanation.part(clear) if len(clear) < len(effects) else explanation
-    if part is explanation or part.worst is None or not _closes(part):
+    part = explanation.part(clear) if len(clear) < len(effects) else None
+    if part is None or not _closes(part):
         return explanation, effects, []
-    notes = [group_note(one) for i, one in enumerate(effects) if i not in clear]
-    return part, tuple(effects[i] for i in clear), notes
+    sizes = part.detected.everything.with_residual_noise(part.final)
+    named = tuple(
+        replace(effects[i], coordinates=sizes.coordinates(k), covariance=sizes.covariance_of(k))
+        for k, i in enumerate(clear)
+    )
+    return part, named, [group_note(one) for i, one in enumerate(effects) if i not in clear]
 
 
 def _closes(explanation: _Explanation) -> bool:
-    """Whether the best set closes nine tenths of the rms of each file, beyond noise, on the rows to fit."""
+    """Whether the best set closes four fifths of the rms of each file, beyond noise, on the rows to fit."""
     model = explanation.found.model
     for before, after in zip(model.baseline.residuals, model.at(explanation.found.best).residuals, strict=True):
         fitted, noise2 = ~before.recording.held_out, before.recording.noise.sigma**2
