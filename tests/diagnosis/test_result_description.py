@@ -37,3 +37,12 @@ def test_table_has_a_row_for_each_parameter(found: Diagnosis, monkeypatch: pytes
     assert sizes["amplitude_um"][0] == pytest.approx(2.0, abs=0.1)
     assert 0.0 < sizes["amplitude_um"][1] < 0.1
     assert math.isnan(sizes["disc"][1])
+
+
+def test_a_choice_with_a_name_is_shown_and_tabulated(monkeypatch: pytest.MonkeyPatch) -> None:
+    # Wear is by pressure and sliding or by lever: its cause is a word among numbers.
+    worn = effect_from_table({"name": "flank_wear", "amount_um": 3.0, "flank": 1, "disc": 1})
+    found = diagnose(drawn(), [scan_of(worn.apply(drawn()), 5)])
+    assert "by = pressure_sliding" in repr(found)
+    monkeypatch.setitem(sys.modules, "pandas", SimpleNamespace(DataFrame=dict))
+    assert "pressure_sliding" in found.to_frame()["value"]

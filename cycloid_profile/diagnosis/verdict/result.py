@@ -118,7 +118,7 @@ class Diagnosis(Described):
     def _key_figures(self) -> Mapping[str, str]:
         effects = {
             one.candidate.name: ", ".join(
-                f"{key} = {value:.4g}" + (f" ± {one.uncertainty[key]:.2g}" if key in one.uncertainty else "")
+                f"{key} = {_text(value)}" + (f" ± {one.uncertainty[key]:.2g}" if key in one.uncertainty else "")
                 for key, value in one.parameters.items()
             )
             for one in self.effects
@@ -134,8 +134,8 @@ class Diagnosis(Described):
     def to_frame(self) -> Any:
         """Named effects as a ``pandas.DataFrame``, one row for each parameter.
 
-        Columns: ``effect``, ``parameter``, ``value`` and ``uncertainty`` (one standard deviation, NaN for part numbers)
-        in the unit of the parameter name, ``group``, ``separate_by``.
+        Columns: ``effect``, ``parameter``, ``value``, a number or the name of a choice, and ``uncertainty`` (one
+        standard deviation, NaN for parts and choices) in the unit of the parameter name, ``group``, ``separate_by``.
 
         Raises
         ------
@@ -147,9 +147,14 @@ class Diagnosis(Described):
             {
                 "effect": [one.candidate.name for one, _, _ in rows],
                 "parameter": [key for _, key, _ in rows],
-                "value": [float(value) for _, _, value in rows],
+                "value": [value if isinstance(value, str) else float(value) for _, _, value in rows],
                 "uncertainty": [one.uncertainty.get(key, float("nan")) for one, key, _ in rows],
                 "group": [", ".join(one.group) for one, _, _ in rows],
                 "separate_by": [one.separate_by for one, _, _ in rows],
             }
         )
+
+
+def _text(value: Any) -> str:
+    """A number with four digits, or the name of a choice."""
+    return value if isinstance(value, str) else f"{value:.4g}"
