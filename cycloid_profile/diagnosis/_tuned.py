@@ -29,6 +29,7 @@ MOST_EFFECTS = 5  # of a set: with two expected, one reducer in sixty has more; 
 DETERMINED = 2.0  # standard deviations from zero: a member below adds no name, only the error of its form
 DISTINGUISHED = 4.5  # half chi²: three standard deviations between two explanations
 LARGEST_GROUP = 5  # names: what more effects explain equally is a remainder next to an effect that has a name
+CLOSED = 0.8  # of the rms: what effects must close if others next to them are not named
 FINITE = 12  # single effects fitted from a finite size
 
 # Orders of a turn.

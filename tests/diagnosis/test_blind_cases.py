@@ -93,11 +93,15 @@ IN_SMALL = {
 }
 
 
-@pytest.mark.slow
-def test_creep_on_a_loop_has_no_name():
+def loop_outside_the_library(seed):
     of_loops = ("x_loop_creep", "x_rate_stiffening")
     asked = {"effects": 0, "outside": 1, "files": ("loop",), "sizes": (0.7, 2.0), "names": of_loops}
-    answer = ask(Question("outside", 2401100, asked))
+    return ask(Question("outside", seed, asked))
+
+
+@pytest.mark.slow
+def test_creep_on_a_loop_has_no_name():
+    answer = loop_outside_the_library(2401100)
     assert [one["name"] for one in answer.truth] == ["x_loop_creep"]
     assert answer.verdict == "unknown_effect"
 
@@ -105,9 +109,7 @@ def test_creep_on_a_loop_has_no_name():
 @pytest.mark.slow
 def test_joints_of_another_law_are_named_without_the_effects_that_mend_their_form():
     # Each octave of torque errs by a tenth of the twist: play and wear of the flanks no longer explain the difference.
-    of_loops = ("x_loop_creep", "x_rate_stiffening")
-    asked = {"effects": 0, "outside": 1, "files": ("loop",), "sizes": (0.7, 2.0), "names": of_loops}
-    answer = ask(Question("outside", 2501101, asked))
+    answer = loop_outside_the_library(2501101)
     assert [one["name"] for one in answer.truth] == ["x_rate_stiffening"]
     assert answer.groups == [["nonlinear_series_compliance"]]
 

@@ -95,13 +95,6 @@ class Optimum:
                 found.append(i)
         return found
 
-    def part(self, some: Sequence[int]) -> Optimum:
-        """Sizes of ``some`` members, by number, next to the others; ``chi2`` and evidence are those of all."""
-        where = [2 * i + c for i in some for c in range(2)]
-        members = tuple(self.members[i] for i in some)
-        square = np.ix_(where, where)
-        return replace(self, members=members, u=self.u[where], covariance=self.covariance[square], R=self.R[square])
-
     @property
     def implausible(self) -> bool:
         """Whether a size is implausible."""

@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.data.recording import Recording, for_validation_only, record, use_all_rows
 from cycloid_profile.diagnosis.data.repeats import with_noise_of_repeats
 from cycloid_profile.diagnosis.data.screening import screen_files
@@ -24,7 +25,7 @@ from cycloid_profile.diagnosis.model.exact_model import ExactModel
 from cycloid_profile.diagnosis.model.flank_grid import FlankGrid
 from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
 from cycloid_profile.diagnosis.model.residuals import Residuals, fitted_rms
-from cycloid_profile.diagnosis.model.whitened import NormalEquations, Whitened, normal_equations
+from cycloid_profile.diagnosis.model.whitened import NormalEquations, Whitened, coordinates, normal_equations
 from cycloid_profile.diagnosis.planning.detectable import smallest_detectable
 from cycloid_profile.diagnosis.search.lobe_index import index_lobes
 from cycloid_profile.diagnosis.search.seam import seam_notes
@@ -43,7 +44,6 @@ from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.measurement import PROFILE_SCAN, Measurement, scanned_disc
 
 _LEAST_EVIDENCE = 5.0  # odds of 150 to 1 against no effect
-_CLOSED = 0.8  # share of the rms that effects must close if others next to them are not named
 _EXPLAINED = 0.9  # share of the initial residual that accepted effects explain if a residual remains
 
 NotSeen = dict[str, tuple[float, str]]
@@ -155,9 +155,10 @@ class _Explanation:
 
     def part(self, some: Sequence[int]) -> _Explanation | None:
         """Explanation by some members alone, None if they fit at no plausible size."""
-        start = self.found.best.part(some)
-        prior = self.found.library.prior(start.members)
-        best = self.found.model.optimum(Attempt(start.members, start.u), prior)
+        whole = self.found.best
+        members = tuple(whole.members[i] for i in some)
+        attempt = Attempt(members, whole.u[coordinates(some)])
+        best = self.found.model.optimum(attempt, self.found.library.prior(members))
         if best is None or best.implausible:
             return None
         return _final(replace(self.found, best=best), self.detected)
@@ -277,7 +278,7 @@ def _closes(explanation: _Explanation) -> bool:
     for before, after in zip(model.baseline.residuals, model.at(explanation.found.best).residuals, strict=True):
         fitted, noise2 = ~before.recording.held_out, before.recording.noise.sigma**2
         gap, left = (fitted_rms(one, fitted) ** 2 - noise2 for one in (before, after))
-        if gap > noise2 and left > (1.0 - _CLOSED) ** 2 * gap:
+        if gap > noise2 and left > (1.0 - tuned.CLOSED) ** 2 * gap:
             return False
     return True
 
