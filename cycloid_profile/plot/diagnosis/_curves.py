@@ -39,7 +39,7 @@ def loop_gap(diagnosis: Diagnosis, gap: FileGap) -> tuple[Figure, str]:
         top.set(xlabel="angle [′]", ylabel="torque [N·m]")
         top.set_title(title, fontsize=10)
         top.legend(loc="upper left")
-        marks.draw_file_residual(bottom, number, difference, gap)
+        marks.draw_file_residual(bottom, number, residuals, gap)
         for finding in marks.significant(diagnosis, gap, "row") if residuals is gap.before else []:
             marks.outline_span(bottom, finding.start, finding.end)
         bottom.set_xlabel("row of the file [number]")
@@ -67,13 +67,13 @@ def turn_gap(diagnosis: Diagnosis, gap: FileGap) -> tuple[Figure, str]:
     lower = near.subplots(2, len(shown), squeeze=False)
     differences = [nuisance_fitted(residuals) for _, residuals in shown]
     places = marks.significant(diagnosis, gap, "output_angle_deg")
-    for column, ((title, _), difference) in enumerate(zip(shown, differences, strict=True)):
+    for column, ((title, residuals), difference) in enumerate(zip(shown, differences, strict=True)):
         close, rest = lower[:, column]
         _turn(turns[column], title, angle, value, value - difference, window)
         _close(close, title, angle, value, value - difference, window)
         for ax in (turns[column], close):
             ax.set(xlabel="output angle [°]", ylabel=quantity)
-        marks.draw_file_residual(rest, angle, difference, gap)
+        marks.draw_file_residual(rest, angle, residuals, gap)
         for finding in places if column == 0 else []:
             marks.outline_span(rest, finding.start, finding.end)
         rest.set_xlabel("output angle [°]")

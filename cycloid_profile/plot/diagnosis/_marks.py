@@ -10,7 +10,7 @@ import numpy as np
 
 from cycloid_profile import _display
 from cycloid_profile.arrays import FloatArray, IntArray
-from cycloid_profile.diagnosis import Diagnosis, FileGap, Finding, Residuals
+from cycloid_profile.diagnosis import Diagnosis, FileGap, Finding, Residuals, nuisance_fitted
 from cycloid_profile.plot.measured import draw_orders as draw_spectra
 from cycloid_profile.plot.measured import draw_residual, noise_mark, order_namer
 from cycloid_profile.plot.style import BLACK, BLUE, GREEN, ORANGE, line_mark, patch_mark
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 _MARK_WIDTH = 1.8  # inch; the longest mark with its line
 HELD: dict[str, Any] = {"color": GREEN, "linewidth": 2.5, "solid_capstyle": "butt"}
+DRIFT: dict[str, Any] = {"color": GREEN, "linewidth": 1.3, "linestyle": "--"}
 OUTLINE: dict[str, Any] = {"facecolor": "none", "edgecolor": BLACK, "linewidth": 1.3}
 
 
@@ -51,13 +52,15 @@ def significant(diagnosis: Diagnosis, gap: FileGap, coordinate: str) -> list[Fin
 
 
 def row_marks(gap: FileGap, outlined: bool) -> list[Artist]:
-    """Legend of held-out rows and of outlined ranges, where there are any."""
+    """Legend of held-out rows, of a drift and of outlined ranges, where there are any."""
     held = gap.recording.held_out
     handles: list[Artist] = []
     if np.any(held) and not np.all(held):
         handles.append(line_mark("rows held out, not fitted", **HELD))
     if np.all(held):
         handles.append(line_mark("whole file held out, not fitted", linestyle=""))
+    if gap.recording.kind.is_curve and gap.recording.drift:
+        handles.append(line_mark("drift, subtracted", **DRIFT))
     if outlined:
         handles.append(patch_mark("most significant", **OUTLINE))
     return handles
@@ -76,9 +79,16 @@ def with_gaps(rows: IntArray, x: FloatArray, y: FloatArray) -> tuple[FloatArray,
     return np.insert(x, gaps, np.nan), np.insert(y, gaps, np.nan)
 
 
-def draw_file_residual(ax: Axes, x: FloatArray, residual: FloatArray, gap: FileGap) -> None:
-    """Residual of a file over ``x``, shape (rows,), with its noise and held-out rows."""
-    draw_residual(ax, *with_gaps(gap.recording.rows, x, residual), gap.noise, unit(gap))
+def draw_file_residual(ax: Axes, x: FloatArray, residuals: Residuals, gap: FileGap) -> None:
+    """Residual of a curve over ``x``, shape (rows,), with its noise, its held-out rows and the drift subtracted."""
+    left = nuisance_fitted(residuals)
+    draw_residual(ax, *with_gaps(gap.recording.rows, x, left), gap.noise, unit(gap))
+    if gap.recording.drift:
+        drift = residuals.residual - left
+        drift -= float(np.nanmean(drift))
+        ax.plot(x, drift, **DRIFT)
+        low, high = ax.get_ylim()
+        ax.set_ylim(min(low, 1.1 * float(np.nanmin(drift))), max(high, 1.1 * float(np.nanmax(drift))))
     held = gap.recording.held_out
     if not np.all(held):
         ax.plot(x, np.where(held, 0.012, np.nan), transform=ax.get_xaxis_transform(), **HELD)
