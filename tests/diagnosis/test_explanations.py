@@ -242,7 +242,7 @@ def test_noise_alone_leaves_no_curve():
 
 def test_angles_that_fit_as_well_after_half_a_turn_are_notes():
     ring, everywhere = some("pin_ring_runout", "cumulative_pitch_error", disc=None)
-    final = replace(best_of([ring, everywhere], [0.1, 0.2, 0.3, 0.4]), chi2=1000.0)
+    final = replace(best_of([ring, everywhere], [0.1, 0.2, 0.3, 0.4]), chi2=1000.0, rows=1000)
 
     def notes(*chi2: float | None) -> list[str]:
         answers = iter(None if one is None else SimpleNamespace(chi2=one) for one in chi2)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from cycloid_profile.diagnosis.data._branches import contrasts_of_branches
 from cycloid_profile.diagnosis.data._reading_errors import gross_errors
 from cycloid_profile.diagnosis.data.noise import Noise, estimate_noise, local_noise
 
@@ -25,10 +26,12 @@ def draw(rows: int, rho: float, partial: float, seed: int) -> np.ndarray:
     return noise.innovation * lfilter([1.0], [1.0, -rho * (1.0 - partial), -partial], white)[300:]
 
 
+TORQUE = np.concatenate([np.linspace(0, 1, 48), np.linspace(1, -1, 96), np.linspace(-1, 1, 96)])
+
+
 def branches() -> np.ndarray:
     """Rows of a loop of 240 rows away from zero torque: five runs."""
-    torque = np.concatenate([np.linspace(0, 1, 48), np.linspace(1, -1, 96), np.linspace(-1, 1, 96)])
-    return np.flatnonzero((np.abs(torque) > 0.05) & (np.abs(torque) < 0.98))
+    return np.flatnonzero((np.abs(TORQUE) > 0.05) & (np.abs(TORQUE) < 0.98))
 
 
 def shape_of(kind: str, rows: int) -> np.ndarray:
@@ -123,3 +126,47 @@ def test_means_and_thinned_rows(name):
 def test_spectrum_has_the_variance_of_the_rows():
     noise, omega = Noise(2.0, 0.64, -0.4), np.pi * (np.arange(4000) + 0.5) / 4000
     assert np.mean(noise.spectrum(omega)) == pytest.approx(4.0, rel=1e-6)
+
+
+@pytest.mark.parametrize("name", CLASSES)
+def test_corners_of_an_elastic_effect_do_not_pass_for_noise(name):
+    true, index = Noise(1.0, *CLASSES[name]), branches()
+    # Pins that come into contact at 0.3 of the torque, and friction.
+    effect = 200.0 * np.sign(TORQUE) * np.maximum(np.abs(TORQUE) - 0.3, 0.0) + 5.0 * np.sign(np.gradient(TORQUE))
+    found = []
+    for seed in range(24):
+        residual = (draw(TORQUE.size, true.rho, true.partial, seed) + effect)[index]
+        contrasts = contrasts_of_branches(residual, index, TORQUE)
+        assert contrasts is not None
+        found.append(estimate_noise(*contrasts))
+    assert np.mean([noise.sigma for noise in found]) == pytest.approx(1.0, abs=0.12)
+    ratio = np.median([noise.mean_sigma(40) for noise in found]) / true.mean_sigma(40)
+    assert ratio == pytest.approx(1.0, abs=0.25)
+
+
+@pytest.mark.parametrize("step", [1.0, 0.7])
+def test_contrasts_of_branches_have_the_variance_of_single_rows(step):
+    """At equal torques, and at others, where neighbours are interpolated."""
+    down = np.arange(90.0, 0.0, -step)
+    torque = np.concatenate([np.arange(1.0, 91.0), down, np.arange(1.0, 91.0)])
+    rows = np.arange(torque.size)
+    values = [
+        contrasts_of_branches(np.random.default_rng(seed).normal(size=rows.size), rows, torque) for seed in range(40)
+    ]
+    found = np.concatenate([one[0] for one in values if one is not None])
+    # Neighbouring means share rows, which leaves the variance of each as it is.
+    assert np.var(found) == pytest.approx(1.0, abs=0.05)
+
+
+def test_elastic_effects_cancel_in_contrasts_of_branches():
+    torque = np.concatenate([np.arange(1.0, 31.0), np.arange(29.0, -31.0, -1.0), np.arange(-29.0, 31.0)])
+    rows = np.flatnonzero(torque)
+    contrasts, number = contrasts_of_branches(np.tanh(torque[rows]) + torque[rows] ** 2, rows, torque)
+    assert contrasts.size == 3 * 29  # down, and up on both sides; the peak has one row
+    np.testing.assert_allclose(contrasts, 0.0, atol=1e-9)
+    assert set(number) < set(rows)
+
+
+def test_one_branch_has_no_contrast():
+    torque = np.arange(1.0, 40.0)
+    assert contrasts_of_branches(torque, np.arange(torque.size), torque) is None

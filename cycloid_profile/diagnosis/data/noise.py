@@ -198,9 +198,7 @@ def _ordinates(run: FloatArray, low_end: float) -> _Ordinates:
     """
     from scipy.fft import dct
 
-    n = run.size
-    t = np.linspace(-1.0, 1.0, n)
-    run = run - np.polynomial.legendre.legval(t, np.polynomial.legendre.legfit(t, run, _TREND))
+    n, run = run.size, _without_trend(run)
     long = n >= _LONG
     if long:
         taper = np.hanning(n + 2)[1:-1]
@@ -215,6 +213,22 @@ def _ordinates(run: FloatArray, low_end: float) -> _Ordinates:
     kept = slice(_TREND + 1, None)
     size = power[kept].size
     return _Ordinates(omega[kept], power[kept], np.full(size, freedom), np.full(size, weight), low[kept], effect[kept])
+
+
+def _without_trend(run: FloatArray) -> FloatArray:
+    t = np.linspace(-1.0, 1.0, run.size)
+    found: FloatArray = run - np.polynomial.legendre.legval(t, np.polynomial.legendre.legfit(t, run, _TREND))
+    return found
+
+
+def scatter_about_cubics(residual: FloatArray, index: IntArray) -> tuple[float, int]:
+    """Variance of rows in order about a cubic in each run, and its degrees of freedom.
+
+    It is that of noise, and of effects with corners or waves.
+    """
+    left = [_without_trend(run) for run in _runs(residual, index)]
+    freedom = sum(one.size - _TREND - 1 for one in left)
+    return sum(float(one @ one) for one in left) / max(freedom, 1), freedom
 
 
 def _bias_of_run(n: int, noise: Noise) -> FloatArray:

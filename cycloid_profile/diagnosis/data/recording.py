@@ -8,10 +8,17 @@ import numpy as np
 
 from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
 from cycloid_profile.diagnosis import _tuned as tuned
+from cycloid_profile.diagnosis.data._branches import contrasts_of_branches
 from cycloid_profile.diagnosis.data._drift import DRIFT_WIDTH, loop_drift, origin_drift, turn_drift
 from cycloid_profile.diagnosis.data._reading_errors import gross_errors
 from cycloid_profile.diagnosis.data._smooth_forms import forms_of_scan, waves
-from cycloid_profile.diagnosis.data.noise import Noise, estimate_noise, local_noise, run_starts
+from cycloid_profile.diagnosis.data.noise import (
+    Noise,
+    estimate_noise,
+    local_noise,
+    run_starts,
+    scatter_about_cubics,
+)
 from cycloid_profile.effects import AsBuiltReducer, transmitted_torque
 from cycloid_profile.errors import MeasurementError
 from cycloid_profile.measurement import (
@@ -53,6 +60,7 @@ _HELD_OUT = 5  # one block in five
 MOST_ROWS = 20_000
 _GAP = 2.0  # times the usual length of a group: larger gaps separate groups
 FEW_LOBES = 0.5  # share of the lobes: fewer show no waves round the disc
+_CHANCE = 0.05  # that contrasts of branches scatter so much less than rows of the same noise
 _SMOOTHED = 0.85  # correlation of neighbours that no reading of a loop has
 _FEW_ERRORS = 5  # up to this number, notes give their locations
 
@@ -316,7 +324,13 @@ def _curve_recording(reducer: AsBuiltReducer, measurement: Measurement) -> Recor
     if np.any(erroneous):
         notes.append(f"{np.count_nonzero(erroneous)} reading errors are omitted")
         rows, block = rows[~erroneous], block[~erroneous]
-    noise = estimate_noise(residual[rows], rows, measurement.stated_noise)
+    scatter = residual[rows], rows
+    if measurement.kind is HYSTERESIS:
+        contrasts = contrasts_of_branches(*scatter, measurement["torque_nm"])
+        # Effects that follow the torque alone vanish in contrasts; play and creep are larger there than in the rows.
+        if contrasts is not None and _scatters_less(contrasts, scatter):
+            scatter = contrasts
+    noise = estimate_noise(*scatter, stated=measurement.stated_noise)
     if measurement.kind is HYSTERESIS and noise.rho > _SMOOTHED:
         # Averaged and smoothed: what varies slowly along the branches is the reducer, not the reading.
         noise = local_noise(residual[rows], rows, measurement.stated_noise)
@@ -324,6 +338,16 @@ def _curve_recording(reducer: AsBuiltReducer, measurement: Measurement) -> Recor
     held_out = block % _HELD_OUT == 2
     found = Recording(measurement, 0, rows, held_out, noise, tuple(notes), predicted=predicted, drift=drift)
     return replace(found, notes=(*notes, *_drift_note(found)))
+
+
+def _scatters_less(one: tuple[FloatArray, IntArray], other: tuple[FloatArray, IntArray]) -> bool:
+    """Whether rows, with their numbers, scatter less than others by more than chance (F test)."""
+    from scipy.special import fdtrc
+
+    (small, few), (large, many) = scatter_about_cubics(*one), scatter_about_cubics(*other)
+    if min(few, many) == 0 or small == 0.0:
+        return False
+    return bool(fdtrc(many, few, large / small) < _CHANCE)
 
 
 def _drift_note(recording: Recording) -> list[str]:

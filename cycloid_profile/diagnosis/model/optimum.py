@@ -37,6 +37,11 @@ class Optimum:
     log_evidence: float
     converged: bool
 
+    @property
+    def residual_variance(self) -> float:
+        """Variance that the set leaves, in units of that of the noise, at least 1."""
+        return max(self.chi2 / max(self.rows, 1), 1.0)
+
     def coordinates(self, i: int) -> FloatArray:
         """Coordinates of member ``i`` in their own unit."""
         return self.u[self._own(i)] * self.members[i].width

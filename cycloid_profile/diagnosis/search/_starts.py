@@ -28,7 +28,7 @@ from cycloid_profile.diagnosis.search._second_order import (
 from cycloid_profile.geometry import Trochoid
 
 _SIZES = (0.5, 2.0)  # prior widths: a flank that lifts off at one of them may bear at the other
-_ANGLES, _SIZES_OF_ANGLES = 8, (0.5, 1.5)  # per turn, and prior widths
+_ANGLES = 16  # per turn: the next pin bears after about one of them
 _FEW = 16  # places and shapes of one effect that are all tried
 _REACH = 1.5  # lobes or pins
 _LEAST, _MOST = 0.1, 5.0  # times this size: range of the starts
@@ -56,35 +56,45 @@ def of_finite_size(
     leading = list(dict.fromkeys(one.members[0].variety for _, one in found))[: tuned.BEAM]
     count = Counter(one.variety for one in library.candidates)
     same = {key for key in leading if count[key] <= _FEW}
-    more = [one for one in directed if one.candidate.variety in same and one not in first and not one.candidate.angle]
-    found = sorted([*found, *_responses(model, more, offsets)], key=lambda one: -one[0])
+    more = [one for one in directed if one.candidate.variety in same and one not in first]
+    found += _responses(model, [one for one in more if not one.candidate.angle], offsets)
+    found.sort(key=lambda one: -one[0])
     best: dict[Variety, Proposal] = {}
     for _, proposal in found:
         best.setdefault(proposal.members[0].variety, proposal)
     kept = list(best.values())[: tuned.FINITE]
-    return [*kept, *_at_other_angles(model, first, offsets)] if model.only_loops else kept
+    if not model.only_loops:
+        return kept
+    few = [one.candidate for one in directed if one.candidate.angle and count[one.candidate.variety] <= _FEW]
+    return [*kept, *_at_other_angles(model, few, offsets)]
 
 
-def _at_other_angles(model: ExactModel, tried: Iterable[_Directed], offsets: tuple[int, ...]) -> list[Proposal]:
-    """Effects with an angle at each angle where chi² has a minimum, best first.
+def _at_other_angles(model: ExactModel, tried: Iterable[Candidate], offsets: tuple[int, ...]) -> list[Proposal]:
+    """Effects with an angle, at each angle where chi² has a minimum, best first.
 
     At the one pose of a loop few pins bear, and which of them depends on the angle: several angles may fit.
     """
-    turns = np.exp(2j * np.pi * np.arange(_ANGLES) / _ANGLES)
+    turns = 2.0 * np.pi * np.arange(_ANGLES) / _ANGLES
     found: list[tuple[float, Proposal]] = []
     for one in tried:
-        if one.candidate.angle is None:
-            continue
-        starts = np.multiply.outer(turns, _SIZES_OF_ANGLES)
-        chi2 = np.full(starts.shape, np.inf)
-        for where, at in np.ndenumerate(starts):
-            state = model.state([one.candidate], np.array([at.real, at.imag]))
-            chi2[where] = np.inf if state is None else state.chi2
-        least = np.min(chi2, axis=1)
-        for i in np.flatnonzero((least <= np.roll(least, 1)) & (least <= np.roll(least, -1)) & np.isfinite(least)):
-            at = starts[i, np.argmin(chi2[i])]
-            found.append((float(least[i]), Proposal((one.candidate,), np.array([at.real, at.imag]), offsets)))
-    return [proposal for _, proposal in sorted(found, key=lambda one: one[0])]
+        at = [_of_best_size(model, one, np.array([np.cos(turn), np.sin(turn)])) for turn in turns]
+        chi2 = np.array([value for value, _ in at])
+        for i in np.flatnonzero((chi2 <= np.roll(chi2, 1)) & (chi2 <= np.roll(chi2, -1)) & np.isfinite(chi2)):
+            found.append((float(chi2[i]), Proposal((one,), at[i][1], offsets)))
+    return [proposal for _, proposal in sorted(found, key=lambda one: one[0])[: tuned.FINITE_AT_ANGLES]]
+
+
+def _of_best_size(model: ExactModel, one: Candidate, direction: FloatArray) -> tuple[float, FloatArray]:
+    """Smaller chi² of one prior width and of the multiple of its response that explains most, and the coordinates."""
+    first = model.state([one], direction)
+    if first is None:
+        return np.inf, direction
+    _, amount = _explained(model.baseline, first)
+    scaled = np.clip(amount, _LEAST, _MOST) * direction
+    second = model.state([one], scaled)
+    if second is None or second.chi2 >= first.chi2:
+        return first.chi2, direction
+    return second.chi2, scaled
 
 
 def moved_nearby(model: ExactModel, library: Library, optimum: Optimum, offsets: tuple[int, ...]) -> list[Proposal]:

@@ -5,6 +5,7 @@ Curves are searched on a subsample of rows first, then on all rows from the lead
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -123,7 +124,7 @@ def search_effects(
     progress("fitting the best sets of effects closely")
     stage.fit_best_closely()
     ranked = stage.at_residual_noise()
-    best = ranked[0]
+    best = _simplest(ranked)
     found = stage.model(best.offsets)
     waves = [] if model.is_comparison else alternative_waves(found, best.optimum)
     library = stage.library.with_more(waves)
@@ -131,6 +132,12 @@ def search_effects(
     return SearchResult(
         best.optimum, found, library, equations_about(found, library, best.optimum), fitted, stage.limited
     )
+
+
+def _simplest(ranked: Sequence[Fit]) -> Fit:
+    """The best of the sets with fewest effects, among those whose evidence is not clearly below the best."""
+    near = [one for one in ranked if one.evidence > ranked[0].evidence - tuned.DISTINGUISHED]
+    return min(near, key=lambda one: len(one.optimum.members))
 
 
 def empty_fit(model: ExactModel) -> Fit:
@@ -196,7 +203,7 @@ class _Stage:
 
         Without it, members that mend what no effect explains pass for significant (Miller and Dunson 2019).
         """
-        share = 1.0 - 1.0 / max(self.best.optimum.chi2 / max(self.best.optimum.rows, 1), 1.0)
+        share = 1.0 - 1.0 / self.best.optimum.residual_variance
         fits = []
         for one in self._fits.values():
             gained = 0.5 * (self.model(one.offsets).baseline.misfit - one.optimum.misfit)
@@ -263,7 +270,10 @@ class _Stage:
                 break
             self._left -= 1
             self._tried.add((key, start))
-            attempt = Attempt(one.members, one.start, beat=self.best.optimum.misfit, least_gain=tuned.LEAST_GAIN)
+            # Where few pins bear, linear equations promise too little to abandon the first effect of a set.
+            finished = self._first.only_loops and len(one.members) == 1
+            beat = math.inf if finished else self.best.optimum.misfit
+            attempt = Attempt(one.members, one.start, beat=beat, least_gain=tuned.LEAST_GAIN)
             optimum = self.model(one.offsets).optimum(attempt, self.library.prior(one.members))
             if optimum is None or optimum.implausible:
                 continue

@@ -104,7 +104,7 @@ def rotation_notes(everything: ExactModel, final: Optimum) -> list[str]:
         if any(known <= names for known in found):
             continue
         state = everything.state(other.members, other.u)
-        if state is not None and state.chi2 < final.chi2 + 2.0 * tuned.DISTINGUISHED:
+        if state is not None and state.chi2 < final.chi2 + 2.0 * _distinguished(final):
             angles = " and ".join(f"{member.angle} of {member.name}" for member in members)
             together = " together" if len(members) > 1 else ""
             found[names] = f"{angles} plus 180°{together} fits as well: these files do not separate them"
@@ -132,7 +132,7 @@ def ambiguity_group(
         alternative = rescored.remaining_member(others)
         if alternative is None or alternative.name == mine.name or rescored.implausible:
             continue
-        if _fit_of(rescored) >= _fit_of(best) - tuned.DISTINGUISHED:
+        if _fit_of(rescored) >= _fit_of(best) - _distinguished(best):
             group.setdefault(alternative.name, alternative)
     names, at_places, reach = _RESCORED_SWAPS, 1, tuned.DISTINGUISHED
     if found.model.only_loops:
@@ -205,9 +205,14 @@ def _fits_as_well(best: Optimum, alternative: Optimum | None, deficit: float) ->
 
     An alternative whose fit did not converge counts as equal if its linear deficit is below ``DISTINGUISHED``.
     """
-    if alternative is None or alternative.implausible or _fit_of(alternative) < _fit_of(best) - tuned.DISTINGUISHED:
+    if alternative is None or alternative.implausible or _fit_of(alternative) < _fit_of(best) - _distinguished(best):
         return deficit < tuned.DISTINGUISHED and not (alternative is not None and alternative.converged)
     return True
+
+
+def _distinguished(best: Optimum) -> float:
+    """Half chi² between the best set and one that fits clearly worse, where the best leaves more than noise."""
+    return tuned.DISTINGUISHED * best.residual_variance
 
 
 def _fit_of(optimum: Optimum) -> float:
