@@ -53,9 +53,9 @@ def _contrast(residual: FloatArray, torque: FloatArray, here: IntArray, before: 
     for some in before:
         there = some[np.argsort(torque[some], kind="stable")]
         known = torque[there]
-        above = np.clip(np.searchsorted(known, torque[here]), 1, max(known.size - 1, 1))
         if known.size < 2:
             return np.full(here.size, np.nan)
+        above = np.clip(np.searchsorted(known, torque[here]), 1, known.size - 1)
         step = np.maximum(known[above] - known[above - 1], np.finfo(np.float64).tiny)
         share = (torque[here] - known[above - 1]) / step
         share[(share < 0.0) | (share > 1.0)] = np.nan

@@ -12,13 +12,7 @@ from cycloid_profile.diagnosis.data._branches import contrasts_of_branches
 from cycloid_profile.diagnosis.data._drift import DRIFT_WIDTH, loop_drift, origin_drift, turn_drift
 from cycloid_profile.diagnosis.data._reading_errors import gross_errors
 from cycloid_profile.diagnosis.data._smooth_forms import forms_of_scan, waves
-from cycloid_profile.diagnosis.data.noise import (
-    Noise,
-    estimate_noise,
-    local_noise,
-    run_starts,
-    scatter_about_cubics,
-)
+from cycloid_profile.diagnosis.data.noise import Noise, estimate_noise, local_noise, run_starts, scatter_about_cubics
 from cycloid_profile.effects import AsBuiltReducer, transmitted_torque
 from cycloid_profile.errors import MeasurementError
 from cycloid_profile.measurement import (
@@ -324,20 +318,27 @@ def _curve_recording(reducer: AsBuiltReducer, measurement: Measurement) -> Recor
     if np.any(erroneous):
         notes.append(f"{np.count_nonzero(erroneous)} reading errors are omitted")
         rows, block = rows[~erroneous], block[~erroneous]
-    scatter = residual[rows], rows
     if measurement.kind is HYSTERESIS:
-        contrasts = contrasts_of_branches(*scatter, measurement["torque_nm"])
-        # Effects that follow the torque alone vanish in contrasts; play and creep are larger there than in the rows.
-        if contrasts is not None and _scatters_less(contrasts, scatter):
-            scatter = contrasts
-    noise = estimate_noise(*scatter, stated=measurement.stated_noise)
-    if measurement.kind is HYSTERESIS and noise.rho > _SMOOTHED:
-        # Averaged and smoothed: what varies slowly along the branches is the reducer, not the reading.
-        noise = local_noise(residual[rows], rows, measurement.stated_noise)
+        noise = _loop_noise(residual[rows], rows, measurement)
+    else:
+        noise = estimate_noise(residual[rows], rows, measurement.stated_noise)
     drift = _drift(reducer, measurement, residual[rows], rows, noise)
     held_out = block % _HELD_OUT == 2
     found = Recording(measurement, 0, rows, held_out, noise, tuple(notes), predicted=predicted, drift=drift)
     return replace(found, notes=(*notes, *_drift_note(found)))
+
+
+def _loop_noise(residual: FloatArray, rows: IntArray, measurement: Measurement) -> Noise:
+    scatter = residual, rows
+    contrasts = contrasts_of_branches(residual, rows, measurement["torque_nm"])
+    # Effects that follow the torque alone vanish in contrasts; play and creep are larger there than in the rows.
+    if contrasts is not None and _scatters_less(contrasts, scatter):
+        scatter = contrasts
+    noise = estimate_noise(*scatter, stated=measurement.stated_noise)
+    if noise.rho > _SMOOTHED:
+        # Averaged and smoothed: what varies slowly along the branches is the reducer, not the reading.
+        return local_noise(residual, rows, measurement.stated_noise)
+    return noise
 
 
 def _scatters_less(one: tuple[FloatArray, IntArray], other: tuple[FloatArray, IntArray]) -> bool:

@@ -56,8 +56,8 @@ def of_finite_size(
     leading = list(dict.fromkeys(one.members[0].variety for _, one in found))[: tuned.BEAM]
     count = Counter(one.variety for one in library.candidates)
     same = {key for key in leading if count[key] <= _FEW}
-    more = [one for one in directed if one.candidate.variety in same and one not in first]
-    found += _responses(model, [one for one in more if not one.candidate.angle], offsets)
+    more = [one for one in directed if one.candidate.variety in same and one not in first and not one.candidate.angle]
+    found += _responses(model, more, offsets)
     found.sort(key=lambda one: -one[0])
     best: dict[Variety, Proposal] = {}
     for _, proposal in found:
