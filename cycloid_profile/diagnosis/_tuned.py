@@ -6,6 +6,7 @@ BODY_OF_RIGID_DISC = 0.5  # of the approach: a finite-element disc moves the fla
 BODY_OF_ELASTIC_DISC = 0.15  # of the approach: meshes, holes and pillars left out
 UNEVEN_DISC = 1.0  # of what holes make softer in some directions: bolts, pillars and bearings in them are left out
 BEARING_STIFFNESS = 0.2  # of the bearing's stiffness: catalogue values scatter by as much
+PINS = 0.02  # of these errors: their second order, which moves the torque at which further pins bear
 FORM = 0.02  # of an effect, for each slow modulation of its pattern
 SCALE = 0.005  # of the size of an effect: two solvers of one law differ by as much
 LAW_OF_JOINT = 0.1  # of the twist of a joint that stiffens, in each octave of torque: power laws and knees differ so

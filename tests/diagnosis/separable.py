@@ -38,6 +38,7 @@ _EVERY = 5
 # A bore is found to 0.1 µm [mm]; what is free is wider than any reading, in its unit.
 _BORE, _FREE = 1e-4, 1e3
 _DRIFTS = 2.0  # standard deviations of the noise: the largest that ``draw_wide`` draws
+_NEAR_ZERO = 0.05  # of the largest torque: either flank may touch, and one such row of sixty would decide
 _DISTINGUISHED = 3.0  # standard deviations between two explanations
 _WAVES = {"disc_oval": 2, "pin_ring_oval": 2}
 
@@ -46,7 +47,8 @@ _WAVES = {"disc_oval": 2, "pin_ring_oval": 2}
 class View:
     """Files of a reducer under stated conditions, with their ``noise`` by kind of file and ``rows`` by file.
 
-    ``may_be``: other contact laws and bodies that the reducer may have for all that a diagnosis knows.
+    ``may_be``: other contact laws and bodies that the reducer may have for all that a diagnosis knows. Rows of a loop
+    below the ``least_torque``, a share of the largest, are not compared: inside the backlash the angle is undefined.
     """
 
     files: tuple[str, ...]
@@ -58,6 +60,7 @@ class View:
     contact: Law = field(default_factory=Roark)
     body: Body = field(default_factory=Body)
     may_be: tuple[tuple[Law, Body], ...] = ()
+    least_torque: float = 0.0
 
     @property
     def kinds(self) -> set[str]:
@@ -81,6 +84,9 @@ class View:
         for name, text in texts.items():
             rows = [line for line in text.splitlines() if line[:1] in set("-0123456789")]
             table = np.loadtxt(rows, delimiter=",")
+            if FILES[name] == "loop":
+                torque = np.abs(table[:, 0])
+                table = table[torque >= self.least_torque * np.max(torque)]
             found[name] = table[:, 0] + 1j * table[:, 1] if FILES[name] == "scan" else table[:, 1]
         return found
 
@@ -95,7 +101,7 @@ class View:
         unit = 1e-3 if kind == "scan" else 1.0
         # Rounding adds the variance of an even distribution; of rows left out, those simulated stand for several.
         sigma = unit * noise.sigma * math.sqrt(1.0 + noise.quantum**2 / 12.0)
-        sigma *= math.sqrt(before.size / dict(self.rows).get(name, _FULL[kind]))
+        sigma *= math.sqrt(_ROWS[kind] / dict(self.rows).get(name, _FULL[kind]))
         free = [np.ones(before.size)] if kind in {"loop", "te"} else []
         changed, datum = after - before, []
         if kind == "scan":
@@ -301,6 +307,7 @@ def view_of_case(case: Case) -> View:
         noise=tuple(noise.items()),
         rows=tuple(rows.items()),
         may_be=_foreign(case.reducer) if foreign else (),
+        least_torque=_NEAR_ZERO if foreign else 0.0,
     )
 
 

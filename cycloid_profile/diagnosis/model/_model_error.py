@@ -27,6 +27,7 @@ _NEAR, _FAR = 1.0, 4.0  # pin pitches over which the coupling of neighbouring pi
 _STICKS = (0.5, 1.0)  # of the torque over which friction sticks after a reversal: others slip at once, or sooner
 _WHOLE_LOOP = 2.0  # of the largest torque
 _OCTAVES = 6  # of torque: below a thirtieth of the largest either flank may touch
+_TORQUE_STEP = 0.1  # of the largest torque: about one further pin bears
 _MULTIPLES = 6  # of lobes and pins: amplitudes fall with the harmonic
 
 
@@ -66,6 +67,21 @@ def uneven_discs(reducer: AsBuiltReducer, curve: LinearisedCurve) -> FloatArray:
         return np.zeros((curve.prediction.rows.size, 0))
     uneven = tuple(one.uneven_part for one in reducer.case.disc_bodies)
     return _finite(tuned.UNEVEN_DISC * curve.softened(uneven)[:, np.newaxis])
+
+
+def pins_error(curve: LinearisedCurve, recording: Recording, linear: FloatArray) -> FloatArray:
+    """Columns of the error of a loop where further pins come to bear, hat functions of torque, shape (rows, columns).
+
+    Models differ in the torque at which each pin does: their twist differs by a corner there, which the ``linear``
+    errors, shape (rows, errors), do not have. The width is a share of their sum of squares.
+    """
+    if recording.kind is not HYSTERESIS:
+        return np.zeros((recording.rows.size, 0))
+    through = np.nan_to_num(curve.prediction.terms[0].through)
+    step = _TORQUE_STEP * float(np.max(np.abs(through)))
+    hats = hat_functions((through - np.min(through)) / step, int(np.ceil(np.ptp(through) / step)) + 1)
+    width: FloatArray = tuned.PINS * np.linalg.norm(linear, axis=1)
+    return width[:, np.newaxis] * hats
 
 
 def _finite(columns: FloatArray) -> FloatArray:

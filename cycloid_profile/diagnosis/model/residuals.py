@@ -19,6 +19,7 @@ from cycloid_profile.diagnosis.model._model_error import (
     load_error,
     order_error,
     path_error,
+    pins_error,
     row_error,
     smooth_columns,
     uneven_discs,
@@ -113,7 +114,8 @@ class Residuals:
         """Error of the model without effects, as columns with their prior widths, shape (rows, columns)."""
         if self.recording.kind is PROFILE_SCAN:
             return np.zeros((self.residual.size, 0))
-        return np.hstack([self._load_error, (self if self._bare is None else self._bare)._order_error])
+        further = pins_error(self.first_order, self.recording, self._load_error)
+        return np.hstack([self._load_error, further, (self if self._bare is None else self._bare)._order_error])
 
     @cached_property
     def _load_error(self) -> FloatArray:

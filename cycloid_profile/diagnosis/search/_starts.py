@@ -29,6 +29,8 @@ from cycloid_profile.geometry import Trochoid
 
 _SIZES = (0.5, 2.0)  # prior widths: a flank that lifts off at one of them may bear at the other
 _ANGLES = 16  # per turn: the next pin bears after about one of them
+_LARGER = 2.0  # prior widths: the second size of effects that explain enough at the first
+_WORTH = 0.5  # of what the best explains: less is not enough
 _FEW = 16  # places and shapes of one effect that are all tried
 _REACH = 1.5  # lobes or pins
 _LEAST, _MOST = 0.1, 5.0  # times this size: range of the starts
@@ -70,31 +72,71 @@ def of_finite_size(
 
 
 def _at_other_angles(model: ExactModel, tried: Iterable[Candidate], offsets: tuple[int, ...]) -> list[Proposal]:
-    """Effects with an angle, at each angle where chi² has a minimum, best first.
+    """Effects with an angle, at each angle where a multiple of their response explains most, best first.
 
-    At the one pose of a loop few pins bear, and which of them depends on the angle: several angles may fit.
+    At the one pose of a loop few pins bear, and which of them depends on the angle: several angles may fit. It depends
+    on the size, too: effects that explain enough at one prior width are tried at two.
     """
-    turns = 2.0 * np.pi * np.arange(_ANGLES) / _ANGLES
-    found: list[tuple[float, Proposal]] = []
-    for one in tried:
-        at = [_of_best_size(model, one, np.array([np.cos(turn), np.sin(turn)])) for turn in turns]
-        chi2 = np.array([value for value, _ in at])
-        for i in np.flatnonzero((chi2 <= np.roll(chi2, 1)) & (chi2 <= np.roll(chi2, -1)) & np.isfinite(chi2)):
-            found.append((float(chi2[i]), Proposal((one,), at[i][1], offsets)))
+    at_one = [(one, _along_turn(model, one, 1.0)) for one in tried]
+    most = max((turn.most for _, turn in at_one), default=0.0)
+    found = []
+    for one, turn in at_one:
+        found += _at_peaks(model, one, turn, offsets)
+        if turn.most > max(_WORTH * most, tuned.LEAST_GAIN):
+            found += _at_peaks(model, one, _along_turn(model, one, _LARGER), offsets)
     return [proposal for _, proposal in sorted(found, key=lambda one: one[0])[: tuned.FINITE_AT_ANGLES]]
 
 
-def _of_best_size(model: ExactModel, one: Candidate, direction: FloatArray) -> tuple[float, FloatArray]:
-    """Smaller chi² of one prior width and of the multiple of its response that explains most, and the coordinates."""
-    first = model.state([one], direction)
-    if first is None:
-        return np.inf, direction
-    _, amount = _explained(model.baseline, first)
-    scaled = np.clip(amount, _LEAST, _MOST) * direction
-    second = model.state([one], scaled)
-    if second is None or second.chi2 >= first.chi2:
-        return first.chi2, direction
-    return second.chi2, scaled
+@dataclass(frozen=True, eq=False)
+class _AlongTurn:
+    """Reduction of chi² by a multiple of the response in each direction, and the multiple, each shape (directions,)."""
+
+    u: FloatArray
+    drop: FloatArray
+    multiple: FloatArray
+
+    @property
+    def most(self) -> float:
+        """The largest reduction."""
+        return float(np.max(self.drop))
+
+
+def _along_turn(model: ExactModel, one: Candidate, size: float) -> _AlongTurn:
+    """Responses of one ``size`` in all directions.
+
+    Zero where those in the four main directions explain nothing: loops do not show the effect.
+    """
+    turns = 2.0 * np.pi * np.arange(_ANGLES) / _ANGLES
+    u = size * np.stack([np.cos(turns), np.sin(turns)], axis=1)
+    main = np.arange(_ANGLES) % (_ANGLES // 4) == 0
+    drops, multiples = np.zeros(_ANGLES), np.ones(_ANGLES)
+    for some in (main, ~main):
+        for i in np.flatnonzero(some):
+            state = model.state([one], u[i])
+            if state is not None:
+                drop, amount = _explained(model.baseline, state)
+                multiples[i] = np.clip(amount, _LEAST, _MOST)
+                share = multiples[i] / amount if amount else 0.0
+                drops[i] = drop * share * (2.0 - share)
+        if np.all(drops < tuned.LEAST_GAIN):
+            break
+    return _AlongTurn(u, drops, multiples)
+
+
+def _at_peaks(
+    model: ExactModel, one: Candidate, turn: _AlongTurn, offsets: tuple[int, ...]
+) -> list[tuple[float, Proposal]]:
+    """Starts where the reduction is largest along the turn, each with its chi²: as tried, or the multiple if better."""
+    drop = turn.drop
+    peaks = (drop >= np.roll(drop, 1)) & (drop >= np.roll(drop, -1)) & (drop > tuned.LEAST_GAIN)
+    found = []
+    for u, multiple in zip(turn.u[peaks], turn.multiple[peaks], strict=True):
+        states = ((model.state([one], start), start) for start in (u, multiple * u))
+        fits = [(state.chi2, start) for state, start in states if state is not None]
+        if fits:
+            chi2, start = min(fits, key=lambda fit: fit[0])
+            found.append((chi2, Proposal((one,), start, offsets)))
+    return found
 
 
 def moved_nearby(model: ExactModel, library: Library, optimum: Optimum, offsets: tuple[int, ...]) -> list[Proposal]:

@@ -34,7 +34,7 @@ class Case:
     """``files`` by name, without their ending; the ``truth``; ``hidden_settings`` that are no effects.
 
     ``noise`` by kind of file. ``forms``: class of the case by kind of class, as "noise" or "contact", for the tables
-    of the score.
+    of the score. ``contact`` and ``body`` of its discs.
     """
 
     seed: int
@@ -44,6 +44,17 @@ class Case:
     hidden_settings: dict[str, object]
     noise: dict[str, Noise] = field(default_factory=dict)
     forms: dict[str, str] = field(default_factory=dict)
+    contact: Law = field(default_factory=Roark)
+    body: Body = field(default_factory=Body)
+
+    def silent(self) -> dict[str, str]:
+        """The same files without noise."""
+        none = {kind: Noise() for kind in FILES.values()}
+        datum = str(self.hidden_settings.get("datum", "bore"))
+        return measured(
+            self.reducer, self.truth, tuple(self.files), self.hidden_settings, none, datum, self.seed, self.contact,
+            self.body,
+        )  # fmt: skip
 
     def write(self, folder: Path, truth: bool = False) -> None:
         """Spec and files into a folder; the truth only if wanted."""

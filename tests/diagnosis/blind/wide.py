@@ -139,7 +139,7 @@ def draw_wide(
     forms |= {"shape": ", ".join(shapes)} if shapes else {}
     datum = str(settings.pop("datum"))
     written = measured(reducer, truth, files, settings, noise, datum, seed, contact, body)
-    return Case(seed, reducer, written, truth, settings | {"datum": datum}, noise, forms)
+    return Case(seed, reducer, written, truth, settings | {"datum": datum}, noise, forms, contact, body)
 
 
 def _twist_of_body(drive: str, reach: float) -> float:

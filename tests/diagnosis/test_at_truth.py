@@ -1,0 +1,57 @@
+"""At the effects that foreign loops hide, the errors of the model take what contact laws and bodies differ by."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cycloid_profile.diagnosis.model.evidence import Library
+from cycloid_profile.diagnosis.model.whitened import normal_equations
+from cycloid_profile.diagnosis.search._starts import of_finite_size
+from tests.diagnosis.at_truth import at_truth, left, model_of
+from tests.diagnosis.blind import draw_wide
+
+
+def loop(seed: int, contact: str, disc: str):
+    case = draw_wide(seed, files=("loop",), effects=1)
+    assert (case.forms["contact"], case.forms["disc"]) == (contact, disc)
+    return case, *model_of(case)
+
+
+@pytest.mark.parametrize("seed", [9962024, 9962035, 9932019])
+def test_two_programs_of_one_law_agree_to_the_noise_of_thousands_of_rows(seed):
+    case, model, library = loop(seed, "Roark", "rigid, stated rigid")
+    optimum, u = at_truth(case, model, library)
+    assert left(case, model, optimum.members, u) < 0.02
+
+
+@pytest.mark.parametrize(
+    ("seed", "contact", "disc", "most"),
+    [
+        (9962019, "power law", "rigid, stated rigid", 0.1),
+        (9962018, "linear spring", "rigid, stated rigid", 0.2),
+        (9932020, "Roark", "elastic, stated rigid", 0.2),
+        (9962042, "Roark", "elastic, stated elastic", 0.2),
+        (9962074, "power law", "elastic, stated elastic", 0.3),
+    ],
+)
+def test_foreign_laws_and_bodies_leave_less_than_the_noise_and_the_size_is_right(seed, contact, disc, most):
+    case, model, library = loop(seed, contact, disc)
+    optimum, u = at_truth(case, model, library)
+    assert left(case, model, optimum.members, u) < most
+    away = optimum.u - u
+    spread = model.with_residual_noise(optimum).covariance
+    coordinates = optimum.members[0].coordinates
+    own = away[:coordinates]
+    assert float(own @ np.linalg.solve(spread[:coordinates, :coordinates], own)) < 9.0
+
+
+@pytest.mark.slow
+def test_a_large_runout_of_one_disc_is_started_at_its_size():
+    # Two and a half prior widths: at one, other pins bear, and its response there explains two thirds of the gap.
+    _, model, library = loop(9952036, "other reference depth", "elastic, stated elastic")
+    known = Library(tuple(library), 2)
+    starts = of_finite_size(model, known, normal_equations(model.baseline.blocks, library), (0,))
+    of_disc = [one for one in starts if one.members[0].label == "disc_runout (form 1, disc 1)"]
+    least = min(model.state(one.members, one.start).chi2 for one in of_disc)
+    assert least < 0.1 * model.baseline.chi2
