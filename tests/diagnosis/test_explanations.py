@@ -259,6 +259,25 @@ def test_angles_that_fit_as_well_after_half_a_turn_are_notes():
     assert len(notes(1001.0, 1001.0, 1001.0)) == 2
 
 
+def test_a_size_that_fits_as_well_with_the_opposite_sign_is_a_note():
+    (crank,), (friction,) = some("crank_eccentricity_error", crank=1), some("coulomb_friction")
+    final = replace(best_of([crank, friction], [0.4, 0.0, 0.3, 0.0]), chi2=1000.0, rows=1000)
+    asked = []
+
+    def notes(chi2: float) -> list[str]:
+        def state(_, u):
+            asked.append(u)
+            return SimpleNamespace(chi2=chi2)
+
+        return alternatives.sign_notes(SimpleNamespace(state=state), final)
+
+    # Friction has one sign. Nine of χ² are three standard deviations.
+    assert notes(1009.1) == []
+    (one,) = notes(1008.9)
+    assert one.startswith("amount_um of crank_eccentricity_error with the opposite sign fits as well")
+    np.testing.assert_allclose(asked[0], [-0.4, 0.0, 0.3, 0.0])
+
+
 def test_alternatives_are_fitted_exactly_unless_they_were():
     oval, pitch = some("disc_oval", "cumulative_pitch_error", disc=1)
     (twin,) = some("disc_oval", disc=2)

@@ -81,6 +81,14 @@ class Optimum:
                     u[self._own(i)] *= -1.0
                 yield tuple(self.members[i] for i in some), replace(self, u=u)
 
+    def of_opposite_sign(self) -> Iterator[tuple[Candidate, Optimum]]:
+        """Each member of either sign without an angle, with the set that has its size with the opposite sign."""
+        for i, member in enumerate(self.members):
+            if member.angle is None and not member.one_sided:
+                u = self.u.copy()
+                u[self._own(i)] *= -1.0
+                yield member, replace(self, u=u)
+
     @property
     def determined(self) -> tuple[Candidate, ...]:
         """Members whose size is clearly not zero: another member only lends the error of its form."""

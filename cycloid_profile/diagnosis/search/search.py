@@ -305,7 +305,17 @@ class _Stage:
             reducer = model.reducer
             moved = on_other_parts(self.library, optimum, reducer.discs, reducer.cranks)
             found += [Proposal(self.library.members(i), u, fit.offsets) for i, u in moved]
+            found += self._of_opposite_sign(model, fit)
         return [*found, *self._reindexed(model, fit)]
+
+    def _of_opposite_sign(self, model: ExactModel, fit: Fit) -> list[Proposal]:
+        """The set with one size of opposite sign, where it explains nearly as much: cranks mirror each other."""
+        found = []
+        for _, other in fit.optimum.of_opposite_sign():
+            state = model.state(other.members, other.u)
+            if state is not None and 0.5 * (model.baseline.misfit - state.misfit) > self._least:
+                found.append(Proposal(other.members, other.u, fit.offsets))
+        return found
 
     def _linear_and_finite(self, model: ExactModel, fit: Fit) -> list[Proposal]:
         """Sets that linear equations propose about an optimum, and about no effect those of finite size."""

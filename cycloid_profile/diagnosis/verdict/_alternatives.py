@@ -111,6 +111,17 @@ def rotation_notes(everything: ExactModel, final: Optimum) -> list[str]:
     return list(found.values())
 
 
+def sign_notes(everything: ExactModel, final: Optimum) -> list[str]:
+    """One sentence for each size that fits as well with the opposite sign."""
+    found = []
+    for member, other in final.of_opposite_sign():
+        state = everything.state(other.members, other.u)
+        if state is not None and state.chi2 < final.chi2 + 2.0 * _distinguished(final):
+            size = f"{member.size} of {member.name}"
+            found.append(f"{size} with the opposite sign fits as well: these files do not separate them")
+    return found
+
+
 def ambiguity_group(
     found: SearchResult, about_best: NormalEquations, member: int, progress: Callable[[str], None]
 ) -> list[Candidate]:

@@ -36,6 +36,7 @@ from cycloid_profile.diagnosis.verdict._alternatives import (
     location_notes,
     named_effects,
     rotation_notes,
+    sign_notes,
 )
 from cycloid_profile.diagnosis.verdict.nearest_effects import NearestEffect, nearest
 from cycloid_profile.diagnosis.verdict.rest_curves import EmpiricalFit, empirical_fits, exceed_noise
@@ -224,7 +225,9 @@ def _result(explanation: _Explanation, files: _Files, not_seen: NotSeen, progres
         effects = named_effects(explanation.found, detected.everything, explanation.final, progress)
         explanation, effects, left_out = _without_ambiguous(explanation, effects)
         best = explanation.found.best
-        notes += [*left_out, *location_notes(effects), *rotation_notes(detected.everything, explanation.final)]
+        everything, final = detected.everything, explanation.final
+        notes += [*left_out, *location_notes(effects)]
+        notes += [*rotation_notes(everything, final), *sign_notes(everything, final)]
     corrected = _reducer_with(reducer, effects)
     where = _places(detected.detection) or _places(
         detect(detected.everything.baseline.blocks, None, within_accuracy=True)
