@@ -26,6 +26,7 @@ from tests.diagnosis.protocol import _read, _reducer, questions
 
 Array = np.ndarray
 _MOST_SHAPES = 8
+_WELL_SEEN = 0.02  # standard deviation over size
 _PLACES = ("disc", "crank", "planet", "lobe", "first_lobe", "pin", "form", "flank")
 
 
@@ -106,9 +107,6 @@ def main() -> None:
     z = [error / sd for some in errors.values() for error, sd in some if sd < _WELL_SEEN]
     if z:
         print(f"{len(z)} sizes seen to {_WELL_SEEN:.0%}: error in units of ± {np.sqrt(np.mean(np.square(z))):.2f} rms")
-
-
-_WELL_SEEN = 0.02  # standard deviation over size
 
 
 if __name__ == "__main__":

@@ -73,7 +73,7 @@ def pins_error(curve: LinearisedCurve, recording: Recording, linear: FloatArray)
     """Columns of the error of a loop where further pins come to bear, hat functions of torque, shape (rows, columns).
 
     Models differ in the torque at which each pin does: their twist differs by a corner there, which the ``linear``
-    errors, shape (rows, errors), do not have. The width is a share of their sum of squares.
+    errors, shape (rows, errors), do not have. The width is a share of the root of their sum of squares.
     """
     if recording.kind is not HYSTERESIS:
         return np.zeros((recording.rows.size, 0))

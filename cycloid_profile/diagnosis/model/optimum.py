@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -76,18 +76,19 @@ class Optimum:
         ]
         for count in range(1, len(identical) + 1):
             for some in combinations(identical, count):
-                u = self.u.copy()
-                for i in some:
-                    u[self._own(i)] *= -1.0
-                yield tuple(self.members[i] for i in some), replace(self, u=u)
+                yield tuple(self.members[i] for i in some), self._negated(some)
 
     def of_opposite_sign(self) -> Iterator[tuple[Candidate, Optimum]]:
         """Each member of either sign without an angle, with the set that has its size with the opposite sign."""
         for i, member in enumerate(self.members):
             if member.angle is None and not member.one_sided:
-                u = self.u.copy()
-                u[self._own(i)] *= -1.0
-                yield member, replace(self, u=u)
+                yield member, self._negated([i])
+
+    def _negated(self, some: Iterable[int]) -> Optimum:
+        u = self.u.copy()
+        for i in some:
+            u[self._own(i)] *= -1.0
+        return replace(self, u=u)
 
     @property
     def determined(self) -> tuple[Candidate, ...]:

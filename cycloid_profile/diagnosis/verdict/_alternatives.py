@@ -103,8 +103,7 @@ def rotation_notes(everything: ExactModel, final: Optimum) -> list[str]:
         names = frozenset(member.name for member in members)
         if any(known <= names for known in found):
             continue
-        state = everything.state(other.members, other.u)
-        if state is not None and state.chi2 < final.chi2 + 2.0 * _distinguished(final):
+        if _fits_there(everything, other, final):
             angles = " and ".join(f"{member.angle} of {member.name}" for member in members)
             together = " together" if len(members) > 1 else ""
             found[names] = f"{angles} plus 180°{together} fits as well: these files do not separate them"
@@ -115,11 +114,16 @@ def sign_notes(everything: ExactModel, final: Optimum) -> list[str]:
     """One sentence for each size that fits as well with the opposite sign."""
     found = []
     for member, other in final.of_opposite_sign():
-        state = everything.state(other.members, other.u)
-        if state is not None and state.chi2 < final.chi2 + 2.0 * _distinguished(final):
+        if _fits_there(everything, other, final):
             size = f"{member.size} of {member.name}"
             found.append(f"{size} with the opposite sign fits as well: these files do not separate them")
     return found
+
+
+def _fits_there(everything: ExactModel, other: Optimum, final: Optimum) -> bool:
+    """Whether the coordinates of another optimum fit as well as the final ones, without a further fit."""
+    state = everything.state(other.members, other.u)
+    return state is not None and state.chi2 < final.chi2 + 2.0 * _distinguished(final)
 
 
 def ambiguity_group(
