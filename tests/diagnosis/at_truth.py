@@ -13,13 +13,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from cycloid_profile.diagnosis.model.candidate import Candidate, candidates
+from cycloid_profile.diagnosis.model.candidate import Candidate
 from cycloid_profile.diagnosis.model.evidence import Library
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
-from cycloid_profile.diagnosis.model.flank_grid import FlankGrid
 from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
-from cycloid_profile.diagnosis.model.residuals import Residuals
-from cycloid_profile.diagnosis.search.lobe_index import index_lobes
 from cycloid_profile.diagnosis.verdict import workflow
 from tests.diagnosis.blind import Case, Hidden, spec_text
 from tests.diagnosis.protocol import _read, _reducer, questions
@@ -30,15 +27,10 @@ _WELL_SEEN = 0.02  # standard deviation over size
 _PLACES = ("disc", "crank", "planet", "lobe", "first_lobe", "pin", "form", "flank")
 
 
-def model_of(case: Case) -> tuple[ExactModel, tuple[Candidate, ...]]:
+def model_of(case: Case) -> tuple[ExactModel, list[Candidate]]:
     """The package's model of the files, and its library."""
     reducer = _reducer(spec_text(case.reducer))
-    measurements, discs = _read(case.files)
-    read = workflow._read(reducer, measurements, discs, ())
-    library = candidates(reducer, read.scanned, read.curves)
-    grid = FlankGrid(reducer)
-    found = index_lobes(reducer, [Residuals(one, reducer, grid) for one in read.recordings], library, grid)
-    return ExactModel(reducer, [one.recording for one in found], grid, found), library
+    return workflow._exact_model(reducer, workflow._read(reducer, *_read(case.files), ()))
 
 
 def hypotheses(one: Hidden, library: Sequence[Candidate]) -> Iterator[tuple[Candidate, Array]]:

@@ -74,11 +74,8 @@ def diagnose(
     """
     progress("comparing the files with the simulation")
     files = _read(reducer, measurements, discs, held_out)
-    library = list(candidates(reducer, files.scanned, files.curves))
-    flank_grid = FlankGrid(reducer)
     progress("testing the residual against the noise")
-    residuals = index_lobes(reducer, [Residuals(r, reducer, flank_grid) for r in files.recordings], library, flank_grid)
-    model = ExactModel(reducer, [one.recording for one in residuals], flank_grid, residuals)
+    model, library = _exact_model(reducer, files)
     detected = _detect_all_rows(model, library)
     not_seen = smallest_detectable(detected.equations, detected.detection.families)
     if not detected.detection.significant_findings:
@@ -211,6 +208,14 @@ def _agreement(detected: _Detected, files: _Files, not_seen: NotSeen) -> Diagnos
         tuple(notes),
         0.0,
     )
+
+
+def _exact_model(reducer: AsBuiltReducer, files: _Files) -> tuple[ExactModel, list[Candidate]]:
+    """Model of the files, the lobe index of scans found, and the hypotheses that they can show."""
+    library = list(candidates(reducer, files.scanned, files.curves))
+    flank_grid = FlankGrid(reducer)
+    residuals = index_lobes(reducer, [Residuals(r, reducer, flank_grid) for r in files.recordings], library, flank_grid)
+    return ExactModel(reducer, [one.recording for one in residuals], flank_grid, residuals), library
 
 
 def _result(explanation: _Explanation, files: _Files, not_seen: NotSeen, progress: Callable[[str], None]) -> Diagnosis:
