@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cycloid_profile.diagnosis import diagnose
-from cycloid_profile.diagnosis.data._reading_errors import gross_errors
+from cycloid_profile.diagnosis.data._reading_errors import gross_errors, reading_step
 from cycloid_profile.measurement import parse_measurement
 from tests.diagnosis.blind import Hidden, Noise, Reducer, scan
 from tests.diagnosis.test_bad_files import reducer
@@ -105,3 +105,18 @@ def test_a_pit_of_two_points_is_a_feature_of_one_point_an_error(width, verdict):
     text = scan(Reducer(), (pit,), points=ROWS, noise=Noise(SIGMA), seed=4)
     found = diagnose(reducer(), [parse_measurement(text, "scan.csv")])
     assert found.verdict == verdict
+
+
+def test_one_step_of_a_coarse_instrument_is_no_reading_error():
+    # Steps of four standard deviations: most rows read the same, some the next value, and five are hit.
+    draws = np.random.default_rng(4)
+    read = SIGMA * 4.0 * np.round(draws.normal(0.0, 0.25, size=1200))
+    hit = np.arange(100, 1200, 240)
+    read[hit] += 10.0 * 4.0 * SIGMA
+    assert np.flatnonzero(gross_errors(read, SIGMA, reading_step(read))).tolist() == hit.tolist()
+    assert np.count_nonzero(np.abs(read) > 0.0) > 2 * hit.size
+
+
+def test_the_reading_step_of_a_fine_instrument_is_far_below_its_noise():
+    assert reading_step(np.random.default_rng(1).normal(size=2000)) < 1e-3
+    assert reading_step(np.zeros(30)) == 0.0

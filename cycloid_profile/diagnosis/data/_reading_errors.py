@@ -15,10 +15,16 @@ _SCATTERED = 1.5  # times the noise: upper limit of the spread of a few rows of 
 _LEAST_ROWS = 24  # of a file in which a row can be seen to be isolated
 
 
-def gross_errors(residual: FloatArray, sigma: float) -> BoolArray:
+def reading_step(values: FloatArray) -> float:
+    """Smallest difference between two values that were read, in their unit; 0 if all are equal."""
+    return float(np.min(np.diff(np.unique(values)), initial=np.ptp(values)))
+
+
+def gross_errors(residual: FloatArray, sigma: float, step: float = 0.0) -> BoolArray:
     """Reading errors: one or two rows far from their neighbourhood, whose neighbours are not displaced.
 
     Where some are gross others are small: of all that are omitted, noise makes up at most the share ``_CHANCE``.
+    A coarse instrument reads in steps: one ``step`` away is no error, however seldom.
     """
     from scipy.special import ndtri
 
@@ -37,9 +43,10 @@ def gross_errors(residual: FloatArray, sigma: float) -> BoolArray:
     # The spread of a few rows scatters: only a clear excess over the noise counts as variation.
     beyond = np.sqrt(np.maximum(spread**2 - (_SCATTERED * sigma) ** 2, 0.0))
     unit = np.hypot(sigma, beyond)
-    away = (residual - middle) / unit
+    off = residual - middle
+    away = np.sign(off) * np.maximum(np.abs(off) - step, 0.0) / unit
     neighbours = (windows[:, [reach - 1, reach + 1]] - middle[:, np.newaxis]) / unit[:, np.newaxis]
-    neighbours = neighbours * np.sign(away)[:, np.newaxis]
+    neighbours = neighbours * np.sign(off)[:, np.newaxis]
     gross = _isolated(np.abs(away) > _GROSS, neighbours)
     if np.sum(gross) < _LEAST_ERRORS:
         return gross

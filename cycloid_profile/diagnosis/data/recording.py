@@ -10,7 +10,7 @@ from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
 from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.data._branches import contrasts_of_branches
 from cycloid_profile.diagnosis.data._drift import DRIFT_WIDTH, loop_drift, origin_drift, turn_drift
-from cycloid_profile.diagnosis.data._reading_errors import gross_errors
+from cycloid_profile.diagnosis.data._reading_errors import gross_errors, reading_step
 from cycloid_profile.diagnosis.data._smooth_forms import forms_of_scan, waves
 from cycloid_profile.diagnosis.data.noise import Noise, estimate_noise, local_noise, run_starts, scatter_about_cubics
 from cycloid_profile.effects import AsBuiltReducer, transmitted_torque
@@ -314,7 +314,8 @@ def _curve_recording(reducer: AsBuiltReducer, measurement: Measurement) -> Recor
         raise MeasurementError(
             f"{measurement.name}: rows to compare", rows.size, "are too few", "measure more rows, away from zero torque"
         )
-    erroneous = gross_errors(residual[rows], local_noise(residual[rows], rows).sigma)
+    step = reading_step(measurement.value[rows])
+    erroneous = gross_errors(residual[rows], local_noise(residual[rows], rows).sigma, step)
     if np.any(erroneous):
         notes.append(f"{np.count_nonzero(erroneous)} reading errors are omitted")
         rows, block = rows[~erroneous], block[~erroneous]
