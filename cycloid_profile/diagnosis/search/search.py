@@ -155,9 +155,10 @@ def equations_about(model: ExactModel, library: Library, optimum: Optimum) -> No
 
 
 class _Stage:
-    """All fits on one set of rows, with a ``beam`` of leading sets and the share by which linear evidence may err.
+    """All fits on one set of rows.
 
-    ``limited``: neighbours of a leading set were left out.
+    ``beam``: leading sets, whose neighbours are fitted. ``error``: share by which linear evidence may
+    err. ``limited``: neighbours of a leading set were left out.
     """
 
     def __init__(
@@ -214,11 +215,25 @@ class _Stage:
     @property
     def leading(self) -> list[Fit]:
         """The beam: the best sets that are not far below the best."""
+        return self._best_of(self.ranked, self._beam)
+
+    @property
+    def _open(self) -> list[Fit]:
+        """Sets whose neighbours are fitted: the best single effects, then the beam.
+
+        The best first effect of two is often not the best alone.
+        """
+        single = [one for one in self.ranked if len(one.optimum.members) == 1]
+        return [*self._best_of(single, self._beam // 2), *self.leading]
+
+    def _best_of(self, ranked: Sequence[Fit], most: int) -> list[Fit]:
+        """The best sets of different kinds among those that are not far below the first."""
         chosen: list[Fit] = []
-        for one in self.ranked:
+        least = self._least_next_to(ranked[0]) if ranked else 0.0
+        for one in ranked:
             # The same effects elsewhere, and more effects that gain nothing, would fill the beam with one idea.
             known = any(one.kind == other.kind for other in chosen)
-            if len(chosen) < self._beam and not known and one.evidence > self._least and self._gains(one):
+            if len(chosen) < most and not known and one.evidence > least and self._gains(one):
                 chosen.append(one)
         return chosen
 
@@ -229,8 +244,10 @@ class _Stage:
     @property
     def _least(self) -> float:
         """Evidence below which a set is not pursued: linear equations of scans are exact, those of curves are not."""
-        best = self.best.evidence
-        return best - max(tuned.OPEN, self._error * best)
+        return self._least_next_to(self.best)
+
+    def _least_next_to(self, other: Fit) -> float:
+        return other.evidence - max(tuned.OPEN, self._error * other.evidence)
 
     def model(self, offsets: tuple[int, ...]) -> ExactModel:
         """The model with these lobe indices."""
@@ -241,7 +258,7 @@ class _Stage:
     def explore(self, most: int) -> None:
         """Fit the neighbours of the leading sets, until all of them are done or ``most`` were."""
         done: set[Key] = set()
-        while fresh := [one for one in self.leading if one.key not in done]:
+        while fresh := [one for one in self._open if one.key not in done]:
             if len(done) >= most:
                 self.limited = True
                 break
