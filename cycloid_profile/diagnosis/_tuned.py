@@ -7,6 +7,7 @@ BODY_OF_ELASTIC_DISC = 0.15  # of the approach: meshes, holes and pillars left o
 UNEVEN_DISC = 1.0  # of what holes make softer in some directions: bolts, pillars and bearings in them are left out
 BEARING_STIFFNESS = 0.2  # of the bearing's stiffness: catalogue values scatter by as much
 PINS = 0.02  # of these errors: their second order, which moves the torque at which further pins bear
+PINS_OF_TURN = 0.1  # the same at each multiple of lobes and pins on a turn: corners where further pins bear
 FORM = 0.02  # of an effect, for each slow modulation of its pattern
 SCALE = 0.005  # of the size of an effect: two solvers of one law differ by as much
 LAW_OF_JOINT = 0.1  # of the twist of a joint that stiffens, in each octave of torque: power laws and knees differ so
@@ -19,7 +20,8 @@ DRIFT = 4.0  # times the noise, from the middle to either end: an instrument dri
 # Search.
 ADDITIONS = 8  # kinds of sets with one more effect, and as many with two more, fitted about an optimum
 EXCHANGES = 3  # kinds of sets with one effect exchanged, fitted for each member
-BEAM, BEAM_ON_ALL_ROWS = 6, 2  # best sets whose neighbours are fitted, on few rows and on all
+# Best sets whose neighbours are fitted, on few rows and on all; half as many single effects come before them.
+BEAM, BEAM_ON_ALL_ROWS = 6, 2
 EXPANSIONS, EXPANSIONS_ON_ALL_ROWS = 12, 4  # sets whose neighbours are fitted at most
 FITS, FITS_ON_ALL_ROWS = 150, 24  # exact fits at most: a bench of three files takes less than a minute
 LEAST_GAIN = 0.5  # of chi² by a further step of a fit in the search

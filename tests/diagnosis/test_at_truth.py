@@ -1,4 +1,4 @@
-"""At the effects that foreign loops hide, the errors of the model take what contact laws and bodies differ by."""
+"""At the effects that foreign files hide, the errors of the model take what contact laws and bodies differ by."""
 
 from __future__ import annotations
 
@@ -6,14 +6,16 @@ import numpy as np
 import pytest
 
 from cycloid_profile.diagnosis.model.evidence import Library
+from cycloid_profile.diagnosis.model.optimum import Attempt
 from cycloid_profile.diagnosis.model.whitened import normal_equations
 from cycloid_profile.diagnosis.search._starts import of_finite_size
 from tests.diagnosis.at_truth import at_truth, left, model_of
 from tests.diagnosis.blind import draw_wide
+from tests.diagnosis.protocol import BENCH
 
 
-def loop(seed: int, contact: str, disc: str):
-    case = draw_wide(seed, files=("loop",), effects=1)
+def loop(seed: int, contact: str, disc: str, files: tuple[str, ...] = ("loop",)):
+    case = draw_wide(seed, files=files, effects=1)
     assert (case.forms["contact"], case.forms["disc"]) == (contact, disc)
     return case, *model_of(case)
 
@@ -44,6 +46,32 @@ def test_foreign_laws_and_bodies_leave_less_than_the_noise_and_the_size_is_right
     coordinates = optimum.members[0].coordinates
     own = away[:coordinates]
     assert float(own @ np.linalg.solve(spread[:coordinates, :coordinates], own)) < 9.0
+
+
+# A pin and a ring whose effect on a turn is an arcsecond or more, under softer contacts and a disc that gives.
+FOREIGN_BENCHES = [
+    (9982194, "power law", "elastic, stated rigid", 0.25),
+    (9982193, "other reference depth", "elastic, stated rigid", 0.15),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("seed", "contact", "disc", "most"), FOREIGN_BENCHES)
+def test_foreign_turns_leave_less_than_the_noise_where_further_pins_bear(seed, contact, disc, most):
+    case, model, library = loop(seed, contact, disc, BENCH)
+    optimum, u = at_truth(case, model, library)
+    assert left(case, model, optimum.members, u) < most
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("seed", "contact", "disc"), [one[:3] for one in FOREIGN_BENCHES])
+def test_contacts_softer_than_the_model_are_no_pin_support_compliance(seed, contact, disc):
+    case, model, library = loop(seed, contact, disc, BENCH)
+    optimum, u = at_truth(case, model, library)
+    (pins,) = (one for one in library if one.name == "pin_support_compliance")
+    both = model.optimum(Attempt((*optimum.members, pins), np.append(u, [0.3, 0.0])), 0.0)
+    assert pins not in both.determined
+    assert optimum.members[0] in both.determined
 
 
 @pytest.mark.slow

@@ -28,6 +28,7 @@ _STICKS = (0.5, 1.0)  # of the torque over which friction sticks after a reversa
 _WHOLE_LOOP = 2.0  # of the largest torque
 _OCTAVES = 6  # of torque: below a thirtieth of the largest either flank may touch
 _TORQUE_STEP = 0.1  # of the largest torque: about one further pin bears
+_CORNER_MULTIPLES = 50  # of lobes and of pins: a corner is as narrow as the load on a tooth that just touches
 _MULTIPLES = 6  # of lobes and pins: amplitudes fall with the harmonic
 
 
@@ -82,6 +83,32 @@ def pins_error(curve: LinearisedCurve, recording: Recording, linear: FloatArray)
     hats = hat_functions((through - np.min(through)) / step, int(np.ceil(np.ptp(through) / step)) + 1)
     width: FloatArray = tuned.PINS * np.linalg.norm(linear, axis=1)
     return width[:, np.newaxis] * hats
+
+
+def pins_error_of_turn(
+    reducer: AsBuiltReducer, recording: Recording, position: FloatArray, added: FloatArray
+) -> FloatArray:
+    """Columns of the same error of a turn, waves at all multiples of lobes and of pins, shape (rows, columns).
+
+    An effect on pins repeats with each lobe, one on lobes with each pin. Where a pin comes to bear the twist has a
+    corner, which all multiples show equally. The width of each is a share of what the effects have ``added`` to the
+    linear errors, shape (rows, errors), at the same multiples together.
+    """
+    if not recording.kind.over_output_turn:
+        return np.zeros((position.size, 0))
+    lobes, pins = reducer.case.drive.trochoid.lobes, reducer.case.drive.trochoid.pins
+    # Equal lobes and pins leave a ripple, which errs in ``order_error``; on few rows it looks like lower orders.
+    equal = waves([k * lobes * pins * position for k in range(tuned.PRODUCTS + 1)])
+    added = added - equal @ np.linalg.lstsq(equal, added, rcond=None)[0]
+    found = [np.zeros((position.size, 0))]
+    for count in (lobes, pins):
+        wave = np.exp(1j * count * np.outer(position, np.arange(1, _CORNER_MULTIPLES + 1)))
+        ripple = np.linalg.norm(_ripple(added, wave), axis=1)
+        width = np.minimum(tuned.PINS_OF_TURN * float(np.linalg.norm(ripple)), ripple)
+        seen = width * np.sqrt(0.5 * position.size) > tuned.SEEN_ORDER * recording.noise.sigma
+        shown = width[seen] * wave[:, seen]
+        found += [shown.real, shown.imag]
+    return np.hstack(found)
 
 
 def _finite(columns: FloatArray) -> FloatArray:
@@ -211,14 +238,21 @@ def form_error(
         return _form_error_of_loop(signature, recording)
     if recording.kind is PROFILE_SCAN:
         turn = position / trochoid.lobes
-        angles = [phase, 2.0 * phase, 3.0 * phase, turn, 2.0 * turn]
-    else:
-        mesh = [k * reducer.discs * n * position for n in (trochoid.lobes, trochoid.pins) for k in (1, 2, 3)]
-        angles = [position, 2.0 * position, *mesh]
+        return _modulated(signature, [phase, 2.0 * phase, 3.0 * phase, turn, 2.0 * turn])
+    mesh = [k * reducer.discs * n * position for n in (trochoid.lobes, trochoid.pins) for k in (1, 2, 3)]
+    # What is the same at all angles errs the same at all, but for the ripple of equal lobes and pins; what only moves
+    # an unknown zero is not seen.
+    mean = float(np.nanmean(signature))
+    columns = _modulated(signature - mean, [position, 2.0 * position, *mesh])
     if recording.kind.zero_unknown:
-        # What only moves the zero is not seen, and so cannot be seen to vary.
-        signature = signature - np.nanmean(signature)
-    return tuned.FORM * signature[:, np.newaxis] * waves(angles)
+        return columns
+    ripple = [k * trochoid.lobes * trochoid.pins * position for k in range(1, tuned.PRODUCTS + 1)]
+    return np.hstack([columns, _modulated(np.full(signature.size, mean), ripple)])
+
+
+def _modulated(signature: FloatArray, angles: list[FloatArray]) -> FloatArray:
+    columns: FloatArray = tuned.FORM * signature[:, np.newaxis] * waves(angles)
+    return columns
 
 
 def law_error(signature: FloatArray, reducer: AsBuiltReducer, recording: Recording) -> FloatArray:

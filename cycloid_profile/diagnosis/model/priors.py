@@ -7,6 +7,7 @@ docs/diagnosis.md, "Priors", has its reasons and the widths of two reducers.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
@@ -15,6 +16,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from cycloid_profile.contact.stage import StageEquilibrium
+from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.effects import (
     AsBuiltReducer,
     CarrierBoreError,
@@ -299,6 +301,16 @@ class Priors:
             return _WIDTH_OF_TOLERANCE * (1.0 / tolerance if reciprocal else tolerance)
         unit = _BASE_UNITS[unit_of(size.name)]
         return rule.width(self) * (unit if reciprocal else 1.0 / unit)
+
+    def model_error(self, kind: type[Effect]) -> float:
+        """Standard deviation of what the model itself errs in the size of an effect, in prior widths.
+
+        A pin on a spring gives as contact and disc do, which no model knows better than this.
+        """
+        if kind is not PinSupportCompliance:
+            return 0.0
+        body = tuned.BODY_OF_ELASTIC_DISC if self.reducer.case.disc_bodies else tuned.BODY_OF_RIGID_DISC
+        return math.hypot(tuned.CONTACT_LAW, body) * _contact_compliance(self.reducer) / PRIORS[kind].width(self)
 
 
 def priors_of(reducer: AsBuiltReducer) -> Priors:

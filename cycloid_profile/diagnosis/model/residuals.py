@@ -20,6 +20,7 @@ from cycloid_profile.diagnosis.model._model_error import (
     order_error,
     path_error,
     pins_error,
+    pins_error_of_turn,
     row_error,
     smooth_columns,
     uneven_discs,
@@ -115,7 +116,11 @@ class Residuals:
         if self.recording.kind is PROFILE_SCAN:
             return np.zeros((self.residual.size, 0))
         further = pins_error(self.first_order, self.recording, self._load_error)
-        return np.hstack([self._load_error, further, (self if self._bare is None else self._bare)._order_error])
+        if self._bare is None:
+            return np.hstack([self._load_error, further, self._order_error])
+        added = self._load_error - self._bare._load_error
+        corners = pins_error_of_turn(self.reducer, self.recording, self.position, added)
+        return np.hstack([self._load_error, further, self._bare._order_error, corners])
 
     @cached_property
     def _load_error(self) -> FloatArray:
