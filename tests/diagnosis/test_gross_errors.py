@@ -117,6 +117,23 @@ def test_one_step_of_a_coarse_instrument_is_no_reading_error():
     assert np.count_nonzero(np.abs(read) > 0.0) > 2 * hit.size
 
 
+@pytest.mark.parametrize("steps", [0.0, 1.0])
+def test_a_neighbour_one_step_away_makes_no_feature(steps):
+    read = SIGMA * 4.0 * np.round(np.random.default_rng(4).normal(0.0, 0.25, size=1200))
+    read[599:602] = np.array([0.0, 10.0, steps]) * 4.0 * SIGMA
+    assert np.flatnonzero(gross_errors(read, SIGMA, reading_step(read))).tolist() == [600]
+
+
+def test_a_single_far_value_is_no_reading_step():
+    read = np.zeros(1200)
+    read[600] = 50.0
+    assert reading_step(read) == 0.0
+    assert np.flatnonzero(gross_errors(read, SIGMA, reading_step(read))).tolist() == [600]
+    # Values that were computed differ by rounding.
+    computed = np.tile([0.1 + 0.2 - 0.3, 0.0, 0.5], 40)
+    assert reading_step(computed) == pytest.approx(0.5)
+
+
 def test_the_reading_step_of_a_fine_instrument_is_far_below_its_noise():
     assert reading_step(np.random.default_rng(1).normal(size=2000)) < 1e-3
     assert reading_step(np.zeros(30)) == 0.0

@@ -12,12 +12,19 @@ _GROSS = 7.0  # standard deviations: noise alone exceeds them in no file
 _LEAST_ERRORS = 3  # gross ones: fewer do not show how large errors are
 _CHANCE = 0.003  # probability of mistaking a reading error for a feature, for a whole file
 _SCATTERED = 1.5  # times the noise: upper limit of the spread of a few rows of pure noise
+_DIGITS = 9  # of the largest value, beyond which values differ by rounding
 _LEAST_ROWS = 24  # of a file in which a row can be seen to be isolated
 
 
 def reading_step(values: FloatArray) -> float:
-    """Smallest difference between two values that were read, in their unit; 0 if all are equal."""
-    return float(np.min(np.diff(np.unique(values)), initial=np.ptp(values)))
+    """Smallest difference between two values that were read more than once, in their unit; 0 without two of them."""
+    largest = float(np.max(np.abs(values), initial=0.0))
+    if largest == 0.0:
+        return 0.0
+    # Values that were computed differ by rounding.
+    value, count = np.unique(np.round(values / largest, _DIGITS), return_counts=True)
+    between = np.diff(value[count > 1])
+    return float(np.min(between)) * largest if between.size else 0.0
 
 
 def gross_errors(residual: FloatArray, sigma: float, step: float = 0.0) -> BoolArray:
@@ -43,10 +50,10 @@ def gross_errors(residual: FloatArray, sigma: float, step: float = 0.0) -> BoolA
     # The spread of a few rows scatters: only a clear excess over the noise counts as variation.
     beyond = np.sqrt(np.maximum(spread**2 - (_SCATTERED * sigma) ** 2, 0.0))
     unit = np.hypot(sigma, beyond)
-    off = residual - middle
-    away = np.sign(off) * np.maximum(np.abs(off) - step, 0.0) / unit
-    neighbours = (windows[:, [reach - 1, reach + 1]] - middle[:, np.newaxis]) / unit[:, np.newaxis]
-    neighbours = neighbours * np.sign(off)[:, np.newaxis]
+    off = windows[:, [reach - 1, reach, reach + 1]] - middle[:, np.newaxis]
+    beyond_step = np.sign(off) * np.maximum(np.abs(off) - step, 0.0) / unit[:, np.newaxis]
+    away = beyond_step[:, 1]
+    neighbours = beyond_step[:, [0, 2]] * np.sign(off[:, 1:2])
     gross = _isolated(np.abs(away) > _GROSS, neighbours)
     if np.sum(gross) < _LEAST_ERRORS:
         return gross

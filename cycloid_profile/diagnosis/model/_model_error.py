@@ -7,15 +7,17 @@ effect. These differences grow with the load and with the effect, so that they h
 from __future__ import annotations
 
 from contextlib import suppress
+from dataclasses import dataclass
 
 import numpy as np
 
-from cycloid_profile.arrays import ComplexArray, FloatArray
+from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
 from cycloid_profile.contact.stage import LoadedContacts
 from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.data._smooth_forms import forms_of_scan, hat_functions, waves
+from cycloid_profile.diagnosis.data.noise import Noise
 from cycloid_profile.diagnosis.data.recording import FRICTION_MARGIN, NEAR_ZERO, Recording, torque_since_reversal
-from cycloid_profile.diagnosis.model.priors import priors_of
+from cycloid_profile.diagnosis.model.priors import body_error, priors_of
 from cycloid_profile.effects import AsBuiltReducer, loop_branches
 from cycloid_profile.errors import CycloidError
 from cycloid_profile.geometry import Trochoid
@@ -29,6 +31,8 @@ _WHOLE_LOOP = 2.0  # of the largest torque
 _OCTAVES = 6  # of torque: below a thirtieth of the largest either flank may touch
 _TORQUE_STEP = 0.1  # of the largest torque: about one further pin bears
 _CORNER_MULTIPLES = 50  # of lobes and of pins: a corner is as narrow as the load on a tooth that just touches
+_SHARED = 0.3  # of the largest singular value of waves: those of two that hardly differ are below
+_ROWS_OF_MULTIPLE = 16  # for each of them, twice as many as its columns and those of the other orders
 _MULTIPLES = 6  # of lobes and pins: amplitudes fall with the harmonic
 
 
@@ -49,7 +53,7 @@ def load_error(reducer: AsBuiltReducer, curve: LinearisedCurve) -> FloatArray:
     def coupling(pitches: float) -> FloatArray:
         return curve.opened(lambda at: _coupled(at, reducer, pitches) * float(np.mean(approach(at))))
 
-    body = tuned.BODY_OF_ELASTIC_DISC if reducer.case.disc_bodies else tuned.BODY_OF_RIGID_DISC
+    body = body_error(reducer)
     columns = [
         tuned.CONTACT_LAW * curve.opened(approach),
         tuned.CONTACT_LAW * curve.opened(exponent),
@@ -57,9 +61,10 @@ def load_error(reducer: AsBuiltReducer, curve: LinearisedCurve) -> FloatArray:
         body * coupling(_FAR),
     ]
     softer = tuned.BEARING_STIFFNESS / reducer.case.drive.support.bearing_stiffness
+    bearings = np.zeros_like(columns[0])
     with suppress(CycloidError):
-        columns.append(curve.change(reducer.with_bearings(softer=softer)))
-    return _finite(np.stack(columns, axis=1))
+        bearings = curve.change(reducer.with_bearings(softer=softer))
+    return _finite(np.stack([*columns, bearings], axis=1))
 
 
 def uneven_discs(reducer: AsBuiltReducer, curve: LinearisedCurve) -> FloatArray:
@@ -85,30 +90,54 @@ def pins_error(curve: LinearisedCurve, recording: Recording, linear: FloatArray)
     return width[:, np.newaxis] * hats
 
 
-def pins_error_of_turn(
-    reducer: AsBuiltReducer, recording: Recording, position: FloatArray, added: FloatArray
-) -> FloatArray:
-    """Columns of the same error of a turn, waves at all multiples of lobes and of pins, shape (rows, columns).
+@dataclass(frozen=True, eq=False)
+class CornerWaves:
+    """Waves of a turn that show where further pins come to bear: multiples of lobes, and of pins.
 
     An effect on pins repeats with each lobe, one on lobes with each pin. Where a pin comes to bear the twist has a
-    corner, which all multiples show equally. The width of each is a share of what the effects have ``added`` to the
-    linear errors, shape (rows, errors), at the same multiples together.
+    corner, which all multiples show equally. ``wave``: shape (rows, orders); ``family`` of each order: 0 other orders,
+    1 multiples of lobes, 2 multiples of pins. ``inverse``: shape (2·orders, rows), gives cosines, then sines.
     """
-    if not recording.kind.over_output_turn:
-        return np.zeros((position.size, 0))
-    lobes, pins = reducer.case.drive.trochoid.lobes, reducer.case.drive.trochoid.pins
-    # Equal lobes and pins leave a ripple, which errs in ``order_error``; on few rows it looks like lower orders.
-    equal = waves([k * lobes * pins * position for k in range(tuned.PRODUCTS + 1)])
-    added = added - equal @ np.linalg.lstsq(equal, added, rcond=None)[0]
-    found = [np.zeros((position.size, 0))]
-    for count in (lobes, pins):
-        wave = np.exp(1j * count * np.outer(position, np.arange(1, _CORNER_MULTIPLES + 1)))
-        ripple = np.linalg.norm(_ripple(added, wave), axis=1)
-        width = np.minimum(tuned.PINS_OF_TURN * float(np.linalg.norm(ripple)), ripple)
-        seen = width * np.sqrt(0.5 * position.size) > tuned.SEEN_ORDER * recording.noise.sigma
-        shown = width[seen] * wave[:, seen]
-        found += [shown.real, shown.imag]
-    return np.hstack(found)
+
+    wave: ComplexArray
+    family: IntArray
+    inverse: FloatArray
+
+    @classmethod
+    def of(cls, reducer: AsBuiltReducer, position: FloatArray) -> CornerWaves:
+        """The waves at the rows of a turn."""
+        counts = np.array([reducer.case.drive.trochoid.lobes, reducer.case.drive.trochoid.pins])
+        k = np.arange(1, min(_CORNER_MULTIPLES, position.size // _ROWS_OF_MULTIPLE) + 1)
+        # Forms of parts and the ripple of equal lobes and pins err by themselves. On few rows they look like others.
+        product = int(np.prod(counts))
+        others = np.concatenate([np.arange(tuned.LOW_ORDERS + 1), product * np.arange(1, tuned.PRODUCTS + 1)])
+        corners = [count * k[count * k % product > 0] for count in counts]
+        wave = np.exp(1j * np.outer(position, np.concatenate([others, *corners])))
+        family = np.repeat([0, 1, 2], [others.size, *(one.size for one in corners)])
+        distinct = _distinct(wave)
+        wave, family = wave[:, distinct], family[distinct]
+        # Rows at nearly equal distances show some orders nearly as others: these share what is seen.
+        return cls(wave, family, np.linalg.pinv(np.hstack([wave.real, wave.imag]), rcond=_SHARED))
+
+    def error(self, added: FloatArray, noise: Noise) -> FloatArray:
+        """Columns of the error, shape (rows, columns), from what effects have ``added`` to the linear errors.
+
+        ``added``: shape (rows, errors). The width at a multiple is a share of all of it at those of lobes, or of pins,
+        and at most what is added at this one.
+        """
+        amounts = (self.inverse @ added).reshape(2, self.family.size, -1)
+        ripple = np.linalg.norm(amounts, axis=(0, 2))
+        whole = np.sqrt(np.bincount(self.family, ripple**2, 3))
+        width = np.where(self.family > 0, np.minimum(tuned.PINS_OF_TURN * whole[self.family], ripple), 0.0)
+        seen = width * np.sqrt(0.5 * len(added)) > tuned.SEEN_ORDER * noise.sigma
+        shown = width[seen] * self.wave[:, seen]
+        return np.hstack([shown.real, shown.imag])
+
+
+def _distinct(wave: ComplexArray) -> IntArray:
+    """Columns that differ from all before them: rows at equal distances show some orders as others."""
+    found: IntArray = np.sort(np.unique(np.round(wave.real, 9), axis=1, return_index=True)[1])
+    return found
 
 
 def _finite(columns: FloatArray) -> FloatArray:
@@ -183,7 +212,7 @@ def order_error(
     multiple = np.arange(1, tuned.PRODUCTS * lobes + 1)
     multiple = np.concatenate([multiple[multiple % lobes == 0], multiple[multiple % lobes > 0]])
     wave = np.exp(1j * np.outer(position, pins * multiple))
-    first = np.unique(np.round(wave.real, 9), axis=1, return_index=True)[1]
+    first = _distinct(wave)
     wave, of_product = wave[:, first], first < tuned.PRODUCTS
     predicted = np.nan_to_num(curve.prediction.on_last_flank)[:, np.newaxis]
     of_bodies = _ripple(predicted, wave)[:, 0] if reducer.case.disc_bodies else 0.0

@@ -66,7 +66,7 @@ class Candidate:
     prior standard deviation of each coordinate, in the unit of the coordinate. ``inverse``: the coordinate is the
     reciprocal of the size. ``one_sided``: the coordinate cannot be negative. ``changed``: the candidate whose amount
     rises by this one between two measurements; None of an amount itself. ``log_odds``: added to its log prior.
-    ``model_error``: standard deviation of what the model itself errs in the size, in widths.
+    ``size_error``: standard deviation of what the model itself errs in the size, in widths.
     """
 
     kind: type[Effect]
@@ -78,7 +78,7 @@ class Candidate:
     choice: Mapping[str, Any] = field(default_factory=dict)
     changed: Candidate | None = None
     log_odds: float = 0.0
-    model_error: float = 0.0
+    size_error: float = 0.0
 
     def __hash__(self) -> int:
         return self._hash
@@ -106,10 +106,11 @@ class Candidate:
     def change(self) -> Candidate:
         """Change of this candidate's amount between two measurements; it has either sign.
 
-        Service changes some effects, only machining the others.
+        Service changes some effects, only machining the others. What the model errs in the size is the same before and
+        after.
         """
         odds = 0.0 if self.name in IN_SERVICE else -_MACHINED
-        return replace(self, one_sided=False, changed=self, log_odds=odds, model_error=0.0)
+        return replace(self, one_sided=False, changed=self, log_odds=odds, size_error=0.0)
 
     @property
     def coordinates(self) -> int:
@@ -289,7 +290,7 @@ def candidate_of(kind: type[Effect], choice: Mapping[str, Any], priors: Priors) 
         one_sided=axes.angle is None and size.low >= 0.0,
         inverse=axes.reciprocal,
         choice=dict(choice),
-        model_error=priors.model_error(kind),
+        size_error=priors.size_error(kind),
     )
 
 

@@ -240,7 +240,7 @@ class ExactModel:
         covariance += (
             tuned.SCALE**2 * np.outer(optimum.u, optimum.u) * np.kron(np.eye(len(optimum.members)), np.ones((2, 2)))
         )
-        covariance += np.diag(np.repeat([member.model_error**2 for member in optimum.members], 2))
+        covariance += np.diag(np.repeat([member.size_error**2 for member in optimum.members], 2))
         return replace(optimum, covariance=covariance)
 
     def _improved(

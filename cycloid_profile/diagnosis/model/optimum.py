@@ -105,7 +105,7 @@ class Optimum:
         found = []
         for i in range(len(self.members)):
             u, covariance = self.u[self._own(i)], self.covariance[self._own(i), self._own(i)]
-            variance = float(u @ covariance @ u) + self.members[i].model_error ** 2 * float(u @ u)
+            variance = float(u @ covariance @ u) + self.members[i].size_error ** 2 * float(u @ u)
             if float(u @ u) ** 2 >= tuned.DETERMINED**2 * variance:
                 found.append(i)
         return found

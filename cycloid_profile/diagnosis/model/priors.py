@@ -302,15 +302,20 @@ class Priors:
         unit = _BASE_UNITS[unit_of(size.name)]
         return rule.width(self) * (unit if reciprocal else 1.0 / unit)
 
-    def model_error(self, kind: type[Effect]) -> float:
+    def size_error(self, kind: type[Effect]) -> float:
         """Standard deviation of what the model itself errs in the size of an effect, in prior widths.
 
-        A pin on a spring gives as contact and disc do, which no model knows better than this.
+        A pin on a spring gives as contact and disc do, and their compliance is known to a share only.
         """
         if kind is not PinSupportCompliance:
             return 0.0
-        body = tuned.BODY_OF_ELASTIC_DISC if self.reducer.case.disc_bodies else tuned.BODY_OF_RIGID_DISC
-        return math.hypot(tuned.CONTACT_LAW, body) * _contact_compliance(self.reducer) / PRIORS[kind].width(self)
+        share = math.hypot(tuned.CONTACT_LAW, body_error(self.reducer))
+        return share * _contact_compliance(self.reducer) / PRIORS[kind].width(self)
+
+
+def body_error(reducer: AsBuiltReducer) -> float:
+    """Standard deviation of what the bodies of the discs give, in shares of the approach of their contacts."""
+    return tuned.BODY_OF_ELASTIC_DISC if reducer.case.disc_bodies else tuned.BODY_OF_RIGID_DISC
 
 
 def priors_of(reducer: AsBuiltReducer) -> Priors:

@@ -13,6 +13,7 @@ from cycloid_profile.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from cycloid_profile.diagnosis.data._drift import origin_path, smooth_path
 from cycloid_profile.diagnosis.data.recording import Recording
 from cycloid_profile.diagnosis.model._model_error import (
+    CornerWaves,
     branch_error,
     form_error,
     law_error,
@@ -20,7 +21,6 @@ from cycloid_profile.diagnosis.model._model_error import (
     order_error,
     path_error,
     pins_error,
-    pins_error_of_turn,
     row_error,
     smooth_columns,
     uneven_discs,
@@ -112,15 +112,22 @@ class Residuals:
 
     @cached_property
     def model_error(self) -> FloatArray:
-        """Error of the model without effects, as columns with their prior widths, shape (rows, columns)."""
+        """Error of the model but for the form of effects, as columns with their prior widths, shape (rows, columns)."""
         if self.recording.kind is PROFILE_SCAN:
             return np.zeros((self.residual.size, 0))
         further = pins_error(self.first_order, self.recording, self._load_error)
         if self._bare is None:
             return np.hstack([self._load_error, further, self._order_error])
-        added = self._load_error - self._bare._load_error
-        corners = pins_error_of_turn(self.reducer, self.recording, self.position, added)
-        return np.hstack([self._load_error, further, self._bare._order_error, corners])
+        columns = [self._load_error, further, self._bare._order_error]
+        if self.recording.kind.over_output_turn:
+            solved = np.isfinite(self.residual) & np.isfinite(self._bare.residual)
+            added = np.where(solved[:, np.newaxis], self._load_error - self._bare._load_error, 0.0)
+            columns.append(self._bare._corner_waves.error(added, self.recording.noise))
+        return np.hstack(columns)
+
+    @cached_property
+    def _corner_waves(self) -> CornerWaves:
+        return CornerWaves.of(self.reducer, self.position)
 
     @cached_property
     def _load_error(self) -> FloatArray:

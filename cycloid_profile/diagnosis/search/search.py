@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence, Set
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -157,8 +157,8 @@ def equations_about(model: ExactModel, library: Library, optimum: Optimum) -> No
 class _Stage:
     """All fits on one set of rows.
 
-    ``beam``: leading sets, whose neighbours are fitted. ``error``: share by which linear evidence may
-    err. ``limited``: neighbours of a leading set were left out.
+    ``beam``: number of leading sets whose neighbours are fitted, after those of half as many single effects. ``error``:
+    share by which linear evidence may err. ``limited``: neighbours of a leading set were left out.
     """
 
     def __init__(
@@ -217,17 +217,19 @@ class _Stage:
         """The beam: the best sets that are not far below the best."""
         return self._best_of(self.ranked, self._beam)
 
-    @property
-    def _open(self) -> list[Fit]:
-        """Sets whose neighbours are fitted: the best single effects, then the beam.
+    def _open(self, done: Set[Key]) -> list[Fit]:
+        """Sets whose neighbours are fitted next, but for ``done`` ones: some of the best single effects, then the beam.
 
         The best first effect of two is often not the best alone.
         """
-        single = [one for one in self.ranked if len(one.optimum.members) == 1]
-        return [*self._best_of(single, self._beam // 2), *self.leading]
+        most = self._beam // 2
+        single = self._best_of([one for one in self.ranked if len(one.optimum.members) == 1], most)
+        left = max(most - sum(len(members) == 1 for members, _ in done), 0)
+        first = [one for one in single if one.key not in done][:left]
+        return [*first, *(one for one in self.leading if one.key not in done)]
 
     def _best_of(self, ranked: Sequence[Fit], most: int) -> list[Fit]:
-        """The best sets of different kinds among those that are not far below the first."""
+        """At most ``most`` sets of different kinds, not far below the first, each clearly better than its subsets."""
         chosen: list[Fit] = []
         least = self._least_next_to(ranked[0]) if ranked else 0.0
         for one in ranked:
@@ -247,6 +249,7 @@ class _Stage:
         return self._least_next_to(self.best)
 
     def _least_next_to(self, other: Fit) -> float:
+        """Evidence below which a set is clearly worse than another."""
         return other.evidence - max(tuned.OPEN, self._error * other.evidence)
 
     def model(self, offsets: tuple[int, ...]) -> ExactModel:
@@ -258,9 +261,9 @@ class _Stage:
     def explore(self, most: int) -> None:
         """Fit the neighbours of the leading sets, until all of them are done or ``most`` were."""
         done: set[Key] = set()
-        while fresh := [one for one in self._open if one.key not in done]:
+        while fresh := self._open(done):
             if len(done) >= most:
-                self.limited = True
+                self.limited = any(one.key not in done for one in self.leading)
                 break
             done.add(fresh[0].key)
             names = " + ".join(sorted(member.title for member in fresh[0].optimum.members)) or "no effect"
