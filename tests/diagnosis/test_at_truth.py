@@ -14,7 +14,7 @@ from tests.diagnosis.blind import draw_wide
 from tests.diagnosis.protocol import BENCH
 
 
-def loop(seed: int, contact: str, disc: str, files: tuple[str, ...] = ("loop",)):
+def foreign(seed: int, contact: str, disc: str, files: tuple[str, ...] = ("loop",)):
     case = draw_wide(seed, files=files, effects=1)
     assert (case.forms["contact"], case.forms["disc"]) == (contact, disc)
     return case, *model_of(case)
@@ -22,7 +22,7 @@ def loop(seed: int, contact: str, disc: str, files: tuple[str, ...] = ("loop",))
 
 @pytest.mark.parametrize("seed", [9962024, 9962035, 9932019])
 def test_two_programs_of_one_law_agree_to_the_noise_of_thousands_of_rows(seed):
-    case, model, library = loop(seed, "Roark", "rigid, stated rigid")
+    case, model, library = foreign(seed, "Roark", "rigid, stated rigid")
     optimum, u = at_truth(case, model, library)
     assert left(case, model, optimum.members, u) < 0.02
 
@@ -38,7 +38,7 @@ def test_two_programs_of_one_law_agree_to_the_noise_of_thousands_of_rows(seed):
     ],
 )
 def test_foreign_laws_and_bodies_leave_less_than_the_noise_and_the_size_is_right(seed, contact, disc, most):
-    case, model, library = loop(seed, contact, disc)
+    case, model, library = foreign(seed, contact, disc)
     optimum, u = at_truth(case, model, library)
     assert left(case, model, optimum.members, u) < most
     away = optimum.u - u
@@ -58,7 +58,7 @@ FOREIGN_BENCHES = [
 @pytest.mark.slow
 @pytest.mark.parametrize(("seed", "contact", "disc", "most"), FOREIGN_BENCHES)
 def test_foreign_turns_leave_less_than_the_noise_where_further_pins_bear(seed, contact, disc, most):
-    case, model, library = loop(seed, contact, disc, BENCH)
+    case, model, library = foreign(seed, contact, disc, BENCH)
     optimum, u = at_truth(case, model, library)
     assert left(case, model, optimum.members, u) < most
 
@@ -66,7 +66,7 @@ def test_foreign_turns_leave_less_than_the_noise_where_further_pins_bear(seed, c
 @pytest.mark.slow
 @pytest.mark.parametrize(("seed", "contact", "disc"), [one[:3] for one in FOREIGN_BENCHES])
 def test_contacts_softer_than_the_model_are_no_pin_support_compliance(seed, contact, disc):
-    case, model, library = loop(seed, contact, disc, BENCH)
+    case, model, library = foreign(seed, contact, disc, BENCH)
     optimum, u = at_truth(case, model, library)
     (pins,) = (one for one in library if one.name == "pin_support_compliance")
     both = model.optimum(Attempt((*optimum.members, pins), np.append(u, [0.3, 0.0])), 0.0)
@@ -77,7 +77,7 @@ def test_contacts_softer_than_the_model_are_no_pin_support_compliance(seed, cont
 @pytest.mark.slow
 def test_a_large_runout_of_one_disc_is_started_at_its_size():
     # Two and a half prior widths: at one, other pins bear, and its response there explains two thirds of the gap.
-    _, model, library = loop(9952036, "other reference depth", "elastic, stated elastic")
+    _, model, library = foreign(9952036, "other reference depth", "elastic, stated elastic")
     known = Library(tuple(library), 2)
     starts = of_finite_size(model, known, normal_equations(model.baseline.blocks, library), (0,))
     of_disc = [one for one in starts if one.members[0].label == "disc_runout (form 1, disc 1)"]

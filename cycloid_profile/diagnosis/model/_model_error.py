@@ -106,12 +106,12 @@ class CornerWaves:
     @classmethod
     def of(cls, reducer: AsBuiltReducer, position: FloatArray) -> CornerWaves:
         """The waves at the rows of a turn."""
-        counts = np.array([reducer.case.drive.trochoid.lobes, reducer.case.drive.trochoid.pins])
+        trochoid = reducer.case.drive.trochoid
+        counts = np.array([trochoid.lobes, trochoid.pins])
         k = np.arange(1, min(_CORNER_MULTIPLES, position.size // _ROWS_OF_MULTIPLE) + 1)
         # Forms of parts and the ripple of equal lobes and pins err by themselves. On few rows they look like others.
-        product = int(np.prod(counts))
-        others = np.concatenate([np.arange(tuned.LOW_ORDERS + 1), product * np.arange(1, tuned.PRODUCTS + 1)])
-        corners = [count * k[count * k % product > 0] for count in counts]
+        others = np.concatenate([np.arange(tuned.LOW_ORDERS + 1), _product_orders(trochoid)])
+        corners = [count * k[count * k % np.prod(counts) > 0] for count in counts]
         wave = np.exp(1j * np.outer(position, np.concatenate([others, *corners])))
         family = np.repeat([0, 1, 2], [others.size, *(one.size for one in corners)])
         distinct = _distinct(wave)
@@ -129,9 +129,7 @@ class CornerWaves:
         ripple = np.linalg.norm(amounts, axis=(0, 2))
         whole = np.sqrt(np.bincount(self.family, ripple**2, 3))
         width = np.where(self.family > 0, np.minimum(tuned.PINS_OF_TURN * whole[self.family], ripple), 0.0)
-        seen = width * np.sqrt(0.5 * len(added)) > tuned.SEEN_ORDER * noise.sigma
-        shown = width[seen] * self.wave[:, seen]
-        return np.hstack([shown.real, shown.imag])
+        return _seen(width, self.wave, noise)
 
 
 def _distinct(wave: ComplexArray) -> IntArray:
@@ -218,7 +216,12 @@ def order_error(
     of_bodies = _ripple(predicted, wave)[:, 0] if reducer.case.disc_bodies else 0.0
     known = np.where(of_product, recording.accuracy, of_bodies)
     width = np.hypot(known, np.linalg.norm(_ripple(grown, wave), axis=1))
-    seen = width * np.sqrt(0.5 * position.size) > tuned.SEEN_ORDER * recording.noise.sigma
+    return _seen(width, wave, recording.noise)
+
+
+def _seen(width: FloatArray, wave: ComplexArray, noise: Noise) -> FloatArray:
+    """Cosine and sine of each wave, of shape (rows, waves), times its width, but for those that the noise hides."""
+    seen = width * np.sqrt(0.5 * len(wave)) > tuned.SEEN_ORDER * noise.sigma
     shown = width[seen] * wave[:, seen]
     return np.hstack([shown.real, shown.imag])
 
@@ -227,6 +230,11 @@ def _ripple(columns: FloatArray, wave: ComplexArray) -> FloatArray:
     """Amplitude of each ``wave`` in each column over a turn, shape (waves, columns)."""
     found: FloatArray = np.abs(wave.conj().T @ (columns - np.mean(columns, axis=0))) * (2.0 / len(columns))
     return found
+
+
+def _product_orders(trochoid: Trochoid) -> IntArray:
+    """Orders per turn of the output at which equal lobes and pins leave a ripple, rising."""
+    return trochoid.lobes * trochoid.pins * np.arange(1, tuned.PRODUCTS + 1)
 
 
 def orders_of_turn(trochoid: Trochoid) -> FloatArray:
@@ -275,7 +283,7 @@ def form_error(
     columns = _modulated(signature - mean, [position, 2.0 * position, *mesh])
     if recording.kind.zero_unknown:
         return columns
-    ripple = [k * trochoid.lobes * trochoid.pins * position for k in range(1, tuned.PRODUCTS + 1)]
+    ripple = [order * position for order in _product_orders(trochoid)]
     return np.hstack([columns, _modulated(np.full(signature.size, mean), ripple)])
 
 
