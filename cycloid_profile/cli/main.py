@@ -14,7 +14,7 @@ from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TextIO
 
 from cycloid_profile.cli.output._encoding import fit_streams, said, said_error
 from cycloid_profile.cli.output._progress import command_words
@@ -167,9 +167,11 @@ def _written() -> tuple[Path, ...]:
 
 
 def _refuse(*sentences: str, status: int) -> int:
-    for sentence in sentences:
-        with suppress(OSError):
+    try:
+        for sentence in sentences:
             print(f"cycloid-profile: {' '.join(sentence.split())}", file=sys.stderr)
+    except OSError:
+        _let_go_of(sys.stderr)
     return status
 
 
@@ -190,18 +192,18 @@ def _flushed(status: int) -> int:
     except BrokenPipeError:
         return _broken_pipe()
     except OSError as error:
-        _let_go_of_stdout()
+        _let_go_of(sys.stdout)
         return _refuse(said(f"the result cannot be printed ({error.strerror})", sys.stderr), status=2)
     return status
 
 
 def _broken_pipe() -> int:
     """The reader has left, as ``head`` does: the status that the shell gives a program ended by this signal."""
-    _let_go_of_stdout()
+    _let_go_of(sys.stdout)
     return 128 + getattr(signal, "SIGPIPE", 13)
 
 
-def _let_go_of_stdout() -> None:
-    """What is still to be printed goes nowhere, without a message at the end of the interpreter."""
+def _let_go_of(stream: TextIO) -> None:
+    """What is still to be printed goes nowhere, without a message or another status at the end of the interpreter."""
     with suppress(OSError, ValueError):
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())

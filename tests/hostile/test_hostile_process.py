@@ -16,7 +16,8 @@ import pytest
 ROOT = Path(__file__).parents[2]
 RV40E = ROOT / "examples" / "rv40e.toml"
 COMMAND = [sys.executable, "-m", "cycloid_profile"]
-ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}
+# Streams are buffered, as on most machines: what is left in a buffer is written, or fails, at the end of the process.
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUNBUFFERED": ""}
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals and shells of POSIX")
 
