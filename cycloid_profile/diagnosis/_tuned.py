@@ -4,12 +4,12 @@
 CONTACT_LAW = 0.12  # of the approach: the spread of six published laws
 BODY_OF_RIGID_DISC = 0.5  # of the approach: a finite-element disc moves the flank as far as the contact
 BODY_OF_ELASTIC_DISC = 0.15  # of the approach: meshes, holes and pillars left out
-UNEVEN_DISC = 1.0  # of what holes make softer in some directions: bolts, pillars and bearings in them are left out
+HOLES = 1.0  # of what the holes of an elastic disc make softer: bolts, pillars and rings in them are left out
 BEARING_STIFFNESS = 0.2  # of the bearing's stiffness: catalogue values scatter by as much
 PINS = 0.02  # of these errors: their second order, which moves the torque at which further pins bear
 PINS_OF_TURN = 0.1  # of what effects add to these errors at all multiples of lobes or pins: corners of a turn
 FORM = 0.02  # of an effect, for each slow modulation of its pattern
-SCALE = 0.005  # of the size of an effect: two solvers of one law differ by as much
+SCALE = 0.02  # of the size of an effect that curves show: laws and bodies that are all reasonable differ by as much
 LAW_OF_JOINT = 0.1  # of the twist of a joint that stiffens, in each octave of torque: power laws and knees differ so
 # Of the whole twist of a loop, along its path: printed parts soften, warm up, stick and slip. Metal has no such error.
 LOOP_PATH = {"ground": 0.0, "machined": 0.0, "printed": 0.04}

@@ -14,6 +14,7 @@ from cycloid_profile.diagnosis.model.candidate import chatter
 from cycloid_profile.diagnosis.model.chatter_spectrum import (
     chatter_peaks,
     chatter_spectrum,
+    off_lobes,
     power_in_white_noise,
     power_one_by_one,
 )
@@ -45,6 +46,12 @@ def test_block_spectrum_equals_the_reference(block, first, step, count):
     z = block.projected(block.z)
     slow, fast = power_one_by_one(block, grid, z), power_in_white_noise(block, grid, z)
     assert fast == pytest.approx(slow, rel=1e-7, abs=1e-7)
+
+
+def test_waves_far_shorter_than_a_tooth_form_are_chatter_at_any_number():
+    # 594.58 waves on 11 lobes are 54.05 on each; a tooth form has at most 12.
+    off = off_lobes(np.array([22.4, 127.0, 132.0, 594.58]), 11)
+    np.testing.assert_allclose(off, [0.4, 5.0, 0.0, 462.58])
 
 
 def test_a_wave_is_significant_in_the_spectrum(block):

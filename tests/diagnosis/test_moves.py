@@ -25,6 +25,7 @@ from cycloid_profile.diagnosis.search._subsampling import smallest_subsample, su
 from cycloid_profile.diagnosis.search._symmetric_parts import on_other_parts
 from cycloid_profile.diagnosis.search.lobe_index import index_lobes, offsets_about, with_offsets
 from cycloid_profile.diagnosis.search.seam import _power_from_each_lobe
+from cycloid_profile.diagnosis.search.search import empty_fit, equations_about
 from cycloid_profile.measurement import parse_measurement
 from cycloid_profile.rig import Settings, simulate
 from tests.diagnosis import blind
@@ -192,22 +193,6 @@ def test_free_amounts_are_those_of_least_squares():
         assert block.product(other, other) > block.product(left, left)
 
 
-def test_pairs_with_one_effect_of_first_order_are_solved_together():
-    block, members = Whitened(residuals("turn")), some("pin_ring_runout", "encoder_eccentricity")
-    linear, G = normal_equations([block], members), block.columns(members)
-    draw = np.random.default_rng(5)
-    columns = draw.normal(size=(block.chosen.size, 2))
-    S, ridge = block.white(columns), np.eye(2) / second._LARGEST**2
-    for both, k, amounts, u in second._given_first_order(linear, [block], [G], columns):
-        own = G[:, 2 * k : 2 * k + 2]
-        left = np.hstack([S, own])
-        A = block.product(left, left) + np.diag([*np.diag(ridge), 1.0, 1.0])
-        b = block.product(left, block.z)
-        wanted = np.linalg.solve(A, b)
-        assert both == pytest.approx(float(wanted @ b), rel=1e-6)
-        np.testing.assert_allclose(np.concatenate([amounts, u]), wanted, rtol=1e-6, atol=1e-9)
-
-
 @cache
 def turned(name: str, *parts: tuple[str, int], size: float) -> ExactModel:
     """A turn of 60 rows of one effect, its size in prior widths."""
@@ -241,9 +226,10 @@ def test_single_effects_start_at_a_finite_size_of_the_right_sign():
 def test_what_all_discs_share_acts_by_its_square_and_twice_its_angle():
     model = turned("cumulative_pitch_error", ("disc", None), size=0.5)
     (pitch,), (own,) = some("cumulative_pitch_error", disc=None), some("cumulative_pitch_error", disc=1)
-    known = Library((own, pitch), 2)
-    ((place, columns),) = second._second_order_responses(model, known)
-    assert known.candidates[place] is pitch
+    known, none = Library((own, pitch), 2), empty_fit(model).optimum
+    linear = normal_equations(model.baseline.blocks, known.candidates)
+    assert list(second._cancelling(known, linear, none)) == [pitch]
+    columns = second._second_order_responses(model, none, pitch)
     # A new solve at any angle of that size, from the three patterns.
     for angle in (0.3, 1.9):
         u = 0.5 * np.array([math.cos(angle), math.sin(angle)])
@@ -251,11 +237,26 @@ def test_what_all_discs_share_acts_by_its_square_and_twice_its_angle():
         predicted = columns @ [math.cos(2.0 * angle), math.sin(2.0 * angle), 1.0]
         np.testing.assert_allclose(predicted, exact, atol=0.1 * np.max(np.abs(exact)))
     # The start that explains most is near the machine's, or half a turn further.
-    linear = normal_equations(model.baseline.blocks, known.candidates)
-    members, u = second.second_order(model, known, linear)[0]
-    assert members == [place]
-    assert 0.25 < math.hypot(*u) < 1.0
-    assert abs(math.sin(math.atan2(u[1], u[0]))) < 0.3
+    (found,) = second.second_order(model, known, linear, none, (0,))
+    assert found.members == (pitch,)
+    assert 0.25 < math.hypot(*found.start) < 1.0
+    assert abs(math.sin(math.atan2(found.start[1], found.start[0]))) < 0.3
+
+
+def test_what_cancels_to_first_order_is_proposed_next_to_another_effect():
+    (pitch,), (oval,) = some("cumulative_pitch_error", disc=None), some("pin_ring_oval")
+    machine, size = reducer(), np.array([0.5, 0.0])
+    for one in (oval, pitch):
+        machine = one.effect(size * one.width).apply(machine)
+    file = simulate(machine, "lost_motion_map", Settings(noise=1e-4, seed=1, points=60))
+    model, known = ExactModel(reducer(), [record(reducer(), file)]), Library((oval, pitch), 2)
+    first = model.optimum(Attempt((oval,), size), 0.0)
+    linear = equations_about(model, known, first)
+    (found,) = second.second_order(model, known, linear, first, (0,))
+    assert found.members == (oval, pitch)
+    # Twice its angle is seen, so half a turn is free.
+    assert 0.25 < math.hypot(*found.start[2:]) < 1.0
+    assert abs(math.sin(math.atan2(found.start[3], found.start[2]))) < 0.3
 
 
 def test_each_variety_starts_at_the_place_and_angle_that_explain_most():

@@ -84,14 +84,17 @@ def fall(blocks: list[Whitened], known: list[np.ndarray], wave: list[np.ndarray]
 
 
 @pytest.mark.parametrize("rho", [0.0, 0.5], ids=["white", "coloured"])
-@pytest.mark.parametrize(("disc", "waves"), [(1, 462.6), (2, 300.0), (None, 215.3)])
-def test_power_is_the_fall_of_chi2_by_the_shape_of_the_effect(drawn, chattering, disc, waves, rho):
+@pytest.mark.parametrize(
+    ("disc", "waves", "speed"),
+    [(1, 462.6, "generating"), (2, 300.0, "generating"), (None, 215.3, "generating"), (1, 200.4, "c_axis")],
+)
+def test_power_is_the_fall_of_chi2_by_the_shape_of_the_effect(drawn, chattering, disc, waves, speed, rho):
     recordings = [replace(r, noise=Coloured(r.noise.sigma, rho)) for r in chattering.recordings]
     blocks = chattering.with_held_out(recordings).baseline.blocks
     ring = next(c for c in candidates(drawn, frozenset(), True) if c.name == "pin_ring_oval")
-    wave = chatter(waves, disc, priors_of(drawn))
+    wave = chatter(waves, disc, priors_of(drawn), speed)
     expected = fall(blocks, [b.columns([ring]) for b in blocks], [b.columns([wave]) for b in blocks])
-    found = UnscannedWaves(blocks, [ring], disc).power(waves + np.array([0.0, 0.5]))
+    found = UnscannedWaves(blocks, [ring], disc).power(waves + np.array([0.0, 0.5]), speed)
     # Candidate columns are interpolated on a grid, to some thousandths.
     assert found[0] == pytest.approx(expected, rel=5e-3)
 
@@ -120,6 +123,17 @@ def test_wave_and_disc_are_identified(chattering):
     assert [
         one.choice for one in waves_left(chattering, empty_fit(chattering).optimum) if one.choice.get("disc") == 1
     ] == [{"waves_per_turn": peaks[1][0].waves, "disc": 1, "constant_speed": "generating"}]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("speed", ["c_axis", "surface"])
+def test_waves_even_in_another_motion_are_proposed_in_that_motion(drawn, speed):
+    model = model_of(drawn, GrindingChatter(**WAVE | {"amplitude_um": 0.3}, disc=1, constant_speed=speed))
+    # Angle of the C axis and arc length hardly differ, so that both may explain as much.
+    of_disc = [one.choice for one in waves_left(model, empty_fit(model).optimum) if one.choice["disc"] == 1]
+    found = {one["constant_speed"]: one["waves_per_turn"] for one in of_disc}
+    assert "generating" not in found
+    assert found[speed] == pytest.approx(462.63, abs=0.1)
 
 
 @pytest.mark.slow

@@ -86,6 +86,14 @@ class DiscCompliance(Described):
         own = self.own - np.tile(np.mean(self.own.reshape(self.lobes, -1), axis=0), self.lobes)
         return DiscCompliance(f"{self.key}, uneven part", self.lobes, self.per_lobe, matrix, own, self.sectors)
 
+    @property
+    def hole_part(self) -> DiscCompliance:
+        """What moves at the bearing holes, and what the forces on them move at the flanks."""
+        points, matrix = len(self.own), self.matrix.copy()
+        matrix[:points, :points] = 0.0
+        own = np.zeros_like(self.own)
+        return DiscCompliance(f"{self.key}, hole part", self.lobes, self.per_lobe, matrix, own, self.sectors)
+
     def scaled(self, factor: float) -> DiscCompliance:
         """The compliance times ``factor``, as of another modulus or width."""
         return DiscCompliance(

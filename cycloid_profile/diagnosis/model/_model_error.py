@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
+from cycloid_profile.contact.bodies.elastic_disc import DiscCompliance
 from cycloid_profile.contact.stage import LoadedContacts
 from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.data._smooth_forms import forms_of_scan, hat_functions, waves
@@ -69,10 +70,21 @@ def load_error(reducer: AsBuiltReducer, curve: LinearisedCurve) -> FloatArray:
 
 def uneven_discs(reducer: AsBuiltReducer, curve: LinearisedCurve) -> FloatArray:
     """The column of elastic discs that are softer in some directions, shape (rows, 1); none for rigid discs."""
-    if not reducer.case.disc_bodies:
+    return _softened(tuple(one.uneven_part for one in reducer.case.disc_bodies or ()), curve)
+
+
+def hole_error(reducer: AsBuiltReducer, curve: LinearisedCurve) -> FloatArray:
+    """The column of elastic discs that give way at the bearing holes, shape (rows, 1); none for rigid discs.
+
+    Forces on the holes bend the disc as its flanks do, and more where one crank carries more than the others.
+    """
+    return _softened(tuple(one.hole_part for one in reducer.case.disc_bodies or ()), curve)
+
+
+def _softened(by: tuple[DiscCompliance, ...], curve: LinearisedCurve) -> FloatArray:
+    if not by:
         return np.zeros((curve.prediction.rows.size, 0))
-    uneven = tuple(one.uneven_part for one in reducer.case.disc_bodies)
-    return _finite(tuned.UNEVEN_DISC * curve.softened(uneven)[:, np.newaxis])
+    return _finite(tuned.HOLES * curve.softened(by)[:, np.newaxis])
 
 
 def pins_error(curve: LinearisedCurve, recording: Recording, linear: FloatArray) -> FloatArray:

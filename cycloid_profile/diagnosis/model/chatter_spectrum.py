@@ -15,6 +15,7 @@ LEAST_WAVES = 13  # one more than the orders of form that ``detection`` tests on
 SHORTEST_WAVE = 0.25  # mm along the flank: the contact width bridges shorter waves
 SPEEDS = tuple(str(one) for one in GrindingChatter.shapes["constant_speed"])
 GENERATING = SPEEDS[0]
+FORM_WAVES = 12  # from root to root: a tooth form has no more; what repeats on every lobe above is chatter
 AS_GOOD = 9.0  # of chi²: three standard deviations between two waves
 PEAK = 0.01  # probability that noise alone produces a peak
 _APART = 2.0  # least distance of two peaks, in waves
@@ -121,6 +122,7 @@ def cosine_and_sine(along: ComplexArray, across: ComplexArray, length: FloatArra
 
 
 def off_lobes(waves: FloatArray, lobes: int) -> FloatArray:
-    """Distance of numbers of waves from the nearest multiple of ``lobes``, which is tooth form."""
-    off: FloatArray = np.abs((waves + 0.5 * lobes) % lobes - 0.5 * lobes)
+    """Distance of numbers of waves from the nearest multiple of ``lobes`` that a tooth form has."""
+    nearest = np.minimum(np.round(waves / lobes), FORM_WAVES)
+    off: FloatArray = np.abs(waves - nearest * lobes)
     return off

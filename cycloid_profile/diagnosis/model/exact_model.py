@@ -232,14 +232,15 @@ class ExactModel:
             return optimum
         blocks = self.at(optimum).blocks
         parts = normal_equations(blocks, optimum.members).parts
-        R = sum(part.R * (block.z.size / block.chi2) for part, block in zip(parts, blocks, strict=True))
-        covariance = np.asarray(np.linalg.inv(np.eye(optimum.u.size) + R), dtype=np.float64)
-        if self.only_scans:
-            return replace(optimum, covariance=covariance)
+        scans, curves = np.zeros_like(optimum.R), np.zeros_like(optimum.R)
+        for part, block in zip(parts, blocks, strict=True):
+            of = scans if block.residuals.recording.kind is PROFILE_SCAN else curves
+            of += part.R * (block.z.size / block.chi2)
         # A predicted response may be larger or smaller than that of nature by some share. A scan shows the size itself.
-        covariance += (
-            tuned.SCALE**2 * np.outer(optimum.u, optimum.u) * np.kron(np.eye(len(optimum.members)), np.ones((2, 2)))
-        )
+        scale = tuned.SCALE * np.kron(np.eye(len(optimum.members)), np.ones((2, 1))) * optimum.u[:, np.newaxis]
+        seen = curves @ scale
+        curves -= seen @ np.linalg.solve(np.eye(len(optimum.members)) + scale.T @ seen, seen.T)
+        covariance = np.asarray(np.linalg.inv(np.eye(optimum.u.size) + scans + curves), dtype=np.float64)
         covariance += np.diag(np.repeat([member.size_error**2 for member in optimum.members], 2))
         return replace(optimum, covariance=covariance)
 

@@ -16,6 +16,7 @@ from cycloid_profile.diagnosis.model._model_error import (
     CornerWaves,
     branch_error,
     form_error,
+    hole_error,
     law_error,
     load_error,
     order_error,
@@ -131,7 +132,8 @@ class Residuals:
 
     @cached_property
     def _load_error(self) -> FloatArray:
-        return np.hstack([load_error(self.reducer, self.first_order), self._uneven_discs])
+        curve = self.first_order
+        return np.hstack([load_error(self.reducer, curve), hole_error(self.reducer, curve), self._uneven_discs])
 
     @cached_property
     def _uneven_discs(self) -> FloatArray:

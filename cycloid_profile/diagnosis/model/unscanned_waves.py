@@ -20,12 +20,14 @@ from cycloid_profile.diagnosis.data.noise import SCATTER_OF_ESTIMATE, sidak
 from cycloid_profile.diagnosis.model.candidate import Candidate
 from cycloid_profile.diagnosis.model.chatter_spectrum import (
     AS_GOOD,
+    GENERATING,
     LEAST_WAVES,
     SHORTEST_WAVE,
     cosine_and_sine,
     off_lobes,
 )
 from cycloid_profile.diagnosis.model.whitened import Whitened, diagonal
+from cycloid_profile.effects import chatter_angle
 from cycloid_profile.measurement import PROFILE_SCAN
 
 if TYPE_CHECKING:
@@ -63,6 +65,8 @@ class Peak:
 class UnscannedWaves:
     """Response of curves over a revolution to waves on one disc, counted from 1, or on all (None), after a free fit of
     ``members``.
+
+    ``speed``: motion of constant speed, in which the waves are even.
     """
 
     def __init__(self, blocks: Sequence[Whitened], members: Sequence[Candidate], disc: int | None) -> None:
@@ -91,22 +95,22 @@ class UnscannedWaves:
         rows = int(self.z.size - self._held)
         return float(self.z @ self.z) - rows - 2.0 * math.sqrt((2.0 + SCATTER_OF_ESTIMATE) * rows)
 
-    def strongest(self) -> list[Peak]:
+    def strongest(self, speed: str = GENERATING) -> list[Peak]:
         """Wave with the largest power and waves with nearly the same, to a fiftieth, best first.
 
         Multiples of the number of lobes are excluded.
         """
-        grid, power = self._spectrum()
+        grid, power = self._spectrum(speed)
         rough: list[tuple[float, float]] = []
         while len(rough) < _PROPOSED and np.any(power > 0.0):
             top = int(np.argmax(power))
-            rough.append((float(np.max(self.power(grid[top] + _ROUGHLY))), float(grid[top])))
+            rough.append((float(np.max(self.power(grid[top] + _ROUGHLY, speed))), float(grid[top])))
             power[np.abs(grid - grid[top]) < _APART] = 0.0
-        fine = sorted((self._near(waves) for _, waves in sorted(rough, reverse=True)[:_LEADING]), reverse=True)
-        return [self._peak(*one, grid.size) for one in fine if one[0] > fine[0][0] - AS_GOOD]
+        fine = sorted((self._near(waves, speed) for _, waves in sorted(rough, reverse=True)[:_LEADING]), reverse=True)
+        return [self._peak(*one, speed, grid.size) for one in fine if one[0] > fine[0][0] - AS_GOOD]
 
-    def _peak(self, power: float, waves: float, looks: int) -> Peak:
-        C = self._shown(np.array([waves]))[:, 0]
+    def _peak(self, power: float, waves: float, speed: str, looks: int) -> Peak:
+        C = self._shown(np.array([waves]), speed)[:, 0]
         columns = np.stack([C.real, C.imag], axis=1)
         explained = columns @ np.linalg.lstsq(columns, self.z, rcond=None)[0]
         over, first = 0.0, 0
@@ -116,28 +120,28 @@ class UnscannedWaves:
             over, first = max(over, rms / recording.accuracy), first + rows
         return Peak(waves, self.disc, power, sidak(math.exp(-0.5 * power), looks), over)
 
-    def near(self, waves: float) -> float:
+    def near(self, waves: float, speed: str = GENERATING) -> float:
         """Strongest number of waves within half a wave of ``waves``, to a fiftieth; ``waves`` if the gain is small."""
-        highest, best = self._near(waves)
-        return best if highest > float(self.power(np.array([waves]))[0]) + _GAIN else waves
+        highest, best = self._near(waves, speed)
+        return best if highest > float(self.power(np.array([waves]), speed)[0]) + _GAIN else waves
 
-    def _near(self, waves: float) -> tuple[float, float]:
+    def _near(self, waves: float, speed: str) -> tuple[float, float]:
         grid = waves + _CLOSELY
-        power = self.power(grid)
+        power = self.power(grid, speed)
         top = int(np.argmax(power))
         return float(power[top]), float(grid[top])
 
-    def power(self, grid: FloatArray) -> FloatArray:
+    def power(self, grid: FloatArray, speed: str = GENERATING) -> FloatArray:
         """Reduction of chi² by cosine and sine of each number of waves of an evenly spaced ``grid``, in its shape."""
-        C = self._shown(grid)
+        C = self._shown(grid, speed)
         whole = np.sum(np.abs(C) ** 2, axis=0)
         C = C - self._known @ (self._known.T @ C)
         return _power(self.z @ C, np.sum(C * C, axis=0), np.sum(np.abs(C) ** 2, axis=0), whole)
 
-    def _shown(self, grid: FloatArray) -> ComplexArray:
+    def _shown(self, grid: FloatArray, speed: str) -> ComplexArray:
         """Whitened C of the rows of all files for each number of waves, shape (rows, numbers)."""
         shown = []
-        for block, (matrix, t) in zip(self.blocks, self._loaded_pin_response, strict=True):
+        for block, (matrix, t) in zip(self.blocks, self._loaded_pin_response(speed), strict=True):
             waves = np.empty((t.size, grid.size), dtype=np.complex128)
             waves[:, 0] = np.exp(1j * grid[0] * t)
             if grid.size > 1:
@@ -147,12 +151,12 @@ class UnscannedWaves:
             shown.append(block.white(matrix @ waves))
         return np.concatenate([*shown, np.zeros((self._held, grid.size))])
 
-    def _spectrum(self) -> tuple[FloatArray, FloatArray]:
+    def _spectrum(self, speed: str) -> tuple[FloatArray, FloatArray]:
         """Approximate power in steps of half a wave: places rounded to cells, white noise, no other columns."""
         k = np.arange(2 * LEAST_WAVES, int(2.0 * self.highest) + 1)
         along, across, length = (np.zeros(k.size, dtype=np.complex128) for _ in range(3))
         first = 0
-        for block, (matrix, t) in zip(self.blocks, self._loaded_pin_response, strict=True):
+        for block, (matrix, t) in zip(self.blocks, self._loaded_pin_response(speed), strict=True):
             sigma = block.residuals.recording.noise.sigma
             rows = np.flatnonzero(block.chosen)
             z = np.zeros(block.chosen.size)
@@ -169,13 +173,22 @@ class UnscannedWaves:
         power = _power(along, across, length.real, length.real)
         return grid, np.where(off_lobes(grid, lobes) > _OFF_LOBES, power, 0.0)
 
-    @cached_property
-    def _loaded_pin_response(self) -> list[tuple[csr_array, FloatArray]]:
+    def _loaded_pin_response(self, speed: str) -> list[tuple[csr_array, FloatArray]]:
         """For each file: response of its rows to removals at the loaded places [per mm], shape (rows, places), and
         their angles.
 
-        Angles along the disc [rad]; the root of lobe 1 is at zero.
+        Angles along the disc that run at constant ``speed`` [rad]; the root of lobe 1 is at zero.
         """
+        found = []
+        for block, (matrix, places) in zip(self.blocks, self._loaded_places, strict=True):
+            reducer = block.residuals.reducer
+            angles = [chatter_angle(speed, reducer.teeth[j], phase) + mounted for j, mounted, phase in places]
+            found.append((matrix, np.concatenate(angles)))
+        return found
+
+    @cached_property
+    def _loaded_places(self) -> list[tuple[csr_array, list[tuple[int, float, FloatArray]]]]:
+        """For each file: the same response, and number, mounting angle [rad] and generating phases of each disc."""
         from scipy.sparse import csr_array, hstack
 
         found = []
@@ -183,17 +196,17 @@ class UnscannedWaves:
             reducer = block.residuals.reducer
             trochoid = reducer.case.drive.trochoid
             discs = range(reducer.discs) if self.disc is None else [self.disc - 1]
-            angles, shown = [], []
+            places, shown = [], []
             for j in discs:
                 # Mounting angle of disc j against the first.
                 mounted = 0.0 if self.disc is not None else 2.0 * math.pi * j / (reducer.discs * trochoid.lobes)
                 for one in block.residuals.first_order.flank_weights(j):
                     # One revolution from the tip before lobe 1, where a non-integer number of waves has its step.
-                    t = (np.mod(one.along + math.pi, trochoid.phase_period) - math.pi) / trochoid.lobes
-                    angles.append(t + mounted)
-                    places = (one.pose, np.arange(t.size))
-                    shown.append(csr_array((one.weight, places), shape=(one.poses, t.size))[one.of])
-            found.append((csr_array(hstack(shown)), np.concatenate(angles)))
+                    phase = np.mod(one.along + math.pi, trochoid.phase_period) - math.pi
+                    places.append((j, mounted, phase))
+                    at = (one.pose, np.arange(phase.size))
+                    shown.append(csr_array((one.weight, at), shape=(one.poses, phase.size))[one.of])
+            found.append((csr_array(hstack(shown)), places))
         return found
 
 

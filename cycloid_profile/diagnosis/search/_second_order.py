@@ -10,93 +10,64 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray
-from cycloid_profile.diagnosis.model.evidence import Library, is_plausible
+from cycloid_profile.diagnosis.model.candidate import Candidate
+from cycloid_profile.diagnosis.model.evidence import Library
 from cycloid_profile.diagnosis.model.exact_model import ExactModel, State
+from cycloid_profile.diagnosis.model.optimum import Optimum
 from cycloid_profile.diagnosis.model.whitened import NormalEquations, Whitened, files_together
+from cycloid_profile.diagnosis.search._proposals import Proposal
 from cycloid_profile.effects import EffectLocation
-from cycloid_profile.measurement import PROFILE_SCAN
 
-Start = tuple[list[int], FloatArray]  # library indices and coordinates
-
-_SINGLES, _PAIRS = 3, 6  # starts kept; few effects cancel to first order
+_KEPT = 3  # starts; few effects cancel to first order
+_MOST = 2  # effects of a start: a third effect that cancels is rare, and each costs four solutions
+_UNSEEN = 1.0  # standard deviations of the linear response to a prior width
 _TRIAL = 0.5  # prior widths
 _LEAST, _LARGEST = 0.05, 4.0  # times the response at the trial size
 # Between a square-root and a proportional relation of size and response.
 _POWER = 0.7
 
 
-def second_order(model: ExactModel, library: Library, equations: NormalEquations) -> list[Start]:
-    """Starts of single second-order effects that explain most, and of pairs with one first-order effect, the best of
-    each two names.
+def second_order(
+    model: ExactModel, library: Library, equations: NormalEquations, optimum: Optimum, offsets: tuple[int, ...]
+) -> list[Proposal]:
+    """The set of an optimum with one effect of second order more, those that explain most.
 
-    ``equations`` of the library about no effect. Neither of the two effects of a pair need be the best single effect.
-    Effects that a scan shows are of first order.
+    ``equations`` of the library about the optimum. Effects that a scan shows are of first order.
     """
-    if model.only_scans:
+    if model.only_scans or len(optimum.members) >= _MOST:
         return []
-    blocks, hypotheses = model.baseline.blocks, library.candidates
-    G = [block.columns(hypotheses) for block in blocks]
-    alone: list[tuple[float, list[int], FloatArray]] = []
-    best: dict[tuple[str, str], tuple[float, list[int], FloatArray]] = {}
-    for i, columns in _second_order_responses(model, library):
-        drop, amounts = chi2_reduction(blocks, columns)
-        alone.append((drop, [i], _coordinates(amounts)))
-        own = library.candidates[i]
-        if any(r.kind is PROFILE_SCAN and model.flank_grid.touches(own, r.disc) for r in model.recordings):
-            continue
-        for both, k, amounts, u in _given_first_order(equations, blocks, G, columns):
-            names = (own.name, library.candidates[k].name)
-            if names[0] != names[1] and both > best.get(names, (0.0,))[0]:
-                best[names] = (both, [i, k], np.concatenate([_coordinates(amounts), u]))
-    singles = sorted(alone, key=lambda f: -f[0])[:_SINGLES]
-    pairs = sorted(best.values(), key=lambda f: -f[0])[:_PAIRS]
-    return [(members, u) for _, members, u in (*singles, *pairs)]
+    before, found = model.at(optimum), []
+    for candidate in _cancelling(library, equations, optimum):
+        columns = _second_order_responses(model, optimum, candidate)
+        if columns is not None:
+            drop, amounts = chi2_reduction(before.blocks, columns)
+            start = np.concatenate([optimum.u, _coordinates(amounts)])
+            found.append((drop, Proposal((*optimum.members, candidate), start, offsets)))
+    return [one for _, one in sorted(found, key=lambda one: -one[0])[:_KEPT]]
 
 
-def _given_first_order(
-    first: NormalEquations, blocks: Sequence[Whitened], G: Sequence[FloatArray], columns: FloatArray
-) -> Iterator[tuple[float, int, FloatArray, FloatArray]]:
-    """For each first-order candidate: reduction of chi² with ``columns``, its index, amounts of the columns, its
-    coordinates.
-    """
-    S = whitened_parts(blocks, columns)
-    ridge = np.eye(columns.shape[1]) / _LARGEST**2
-    R_s, b_s = ridge + product(blocks, S, S), product(blocks, S, [block.z for block in blocks])
-    cross = product(blocks, S, G)
-    alone = np.linalg.solve(R_s, b_s)
-    carried = np.linalg.solve(R_s, cross)
-    left = first.b - cross.T @ alone
-    for k, candidate in enumerate(first.candidates):
-        where = slice(2 * k, 2 * k + 2)
-        R = np.eye(2) + first.R[where, where] - cross[:, where].T @ carried[:, where]
-        u = np.asarray(np.linalg.solve(R, left[where]), dtype=np.float64)
-        if is_plausible([candidate], u):
-            amounts = np.asarray(alone - carried[:, where] @ u, dtype=np.float64)
-            yield float(b_s @ alone + u @ left[where]), k, amounts, u
+def _cancelling(library: Library, equations: NormalEquations, optimum: Optimum) -> Iterator[Candidate]:
+    """Candidates that linear equations about an optimum do not see because all discs or all pins share them."""
+    for i, candidate in enumerate(library.candidates):
+        turns = candidate.angle is not None and candidate.kind.location is not EffectLocation.SENSOR
+        information = float(np.trace(equations.R[2 * i : 2 * i + 2, 2 * i : 2 * i + 2]))
+        if turns and candidate.on_all_discs and information < _UNSEEN**2 and candidate not in optimum.members:
+            yield candidate
 
 
-def _second_order_responses(coarse: ExactModel, library: Library) -> Iterator[tuple[int, FloatArray]]:
-    """Each candidate that cancels to first order, with its response patterns at half a prior width, shape (rows, 3).
+def _second_order_responses(model: ExactModel, optimum: Optimum, candidate: Candidate) -> FloatArray | None:
+    """Response patterns at half a prior width, shape (rows, 3); None without a solution.
 
     The patterns vary with cosine and sine of twice its angle; the third is constant.
     """
-    before = coarse.baseline
-    for i, candidate in enumerate(library.candidates):
-        if candidate.angle is None or not candidate.on_all_discs or candidate.kind.location is EffectLocation.SENSOR:
-            continue
-        shown = []
-        for angle in np.deg2rad([0.0, 90.0, 45.0, 135.0]):
-            state = coarse.state([candidate], _TRIAL * np.array([np.cos(angle), np.sin(angle)]))
-            if state is None:
-                break
-            shown.append(change_of_predictions(before, state))
-        else:
-            yield (
-                i,
-                np.stack(
-                    [0.5 * (shown[0] - shown[1]), 0.5 * (shown[2] - shown[3]), 0.25 * np.sum(shown, axis=0)], axis=1
-                ),
-            )
+    before, shown = model.at(optimum), []
+    for angle in np.deg2rad([0.0, 90.0, 45.0, 135.0]):
+        u = np.array([*optimum.u, _TRIAL * np.cos(angle), _TRIAL * np.sin(angle)])
+        state = model.state([*optimum.members, candidate], u)
+        if state is None:
+            return None
+        shown.append(change_of_predictions(before, state))
+    return np.stack([0.5 * (shown[0] - shown[1]), 0.5 * (shown[2] - shown[3]), 0.25 * np.sum(shown, axis=0)], axis=1)
 
 
 def _coordinates(amounts: FloatArray) -> FloatArray:

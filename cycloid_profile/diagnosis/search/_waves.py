@@ -8,7 +8,7 @@ import numpy as np
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.diagnosis.model.candidate import Candidate, chatter
-from cycloid_profile.diagnosis.model.chatter_spectrum import AS_GOOD, PEAK, chatter_peaks, peak_near
+from cycloid_profile.diagnosis.model.chatter_spectrum import AS_GOOD, PEAK, SPEEDS, chatter_peaks, peak_near
 from cycloid_profile.diagnosis.model.exact_model import ExactModel, State
 from cycloid_profile.diagnosis.model.optimum import Optimum
 from cycloid_profile.diagnosis.model.priors import priors_of
@@ -65,8 +65,9 @@ def alternative_waves(model: ExactModel, optimum: Optimum) -> list[Candidate]:
         others, state = _state_without(model, optimum, i)
         if member.kind is GrindingChatter and not scanned and state is not None:
             known = float(member.choice["waves_per_turn"])
-            peaks = UnscannedWaves(state.blocks, others, disc).strongest()
-            found += [chatter(peak.waves, disc, priors) for peak in peaks if abs(peak.waves - known) > 1.0]
+            speed = str(member.choice["constant_speed"])
+            peaks = UnscannedWaves(state.blocks, others, disc).strongest(speed)
+            found += [chatter(peak.waves, disc, priors, speed) for peak in peaks if abs(peak.waves - known) > 1.0]
     return found
 
 
@@ -84,24 +85,27 @@ def _refitted_waves(
         recording = block.residuals.recording
         if recording.kind is PROFILE_SCAN and disc in (None, recording.disc + 1):
             return peak_near(block, waves, _residual_after_fit(block, others), speed, reach)
-    return UnscannedWaves(state.blocks, others, disc).near(waves) if unscanned(state.blocks) else waves
+    return UnscannedWaves(state.blocks, others, disc).near(waves, speed) if unscanned(state.blocks) else waves
 
 
 def _under_pins(state: State, members: Sequence[Candidate]) -> list[Candidate]:
     """Strongest wave of the discs without a scan.
 
-    On one disc, or on all discs if none was scanned; on each disc where the discs cannot be separated.
+    On one disc, or on all discs if none was scanned; on each disc, and in each motion, that explains nearly as much.
     """
     discs: list[int | None] = [*unscanned(state.blocks)]
     if len(discs) == state.reducer.discs > 1:
         discs.append(None)
-    peaks, priors = list[Peak](), priors_of(state.reducer)
+    peaks: dict[tuple[int | None, str], Peak] = {}
     for disc in discs:
         waves = UnscannedWaves(state.blocks, members, disc)
-        strongest = waves.strongest()[:1]
-        peaks += [peak for peak in strongest if peak.p_value < PEAK and peak.power > _LEAST_SHARE * waves.excess]
-    highest = max((peak.power for peak in peaks), default=0.0)
-    return [chatter(peak.waves, peak.disc, priors) for peak in peaks if peak.power > highest - AS_GOOD]
+        for speed in SPEEDS:
+            for peak in waves.strongest(speed)[:1]:
+                if peak.p_value < PEAK and peak.power > _LEAST_SHARE * waves.excess:
+                    peaks[disc, speed] = peak
+    highest = max((peak.power for peak in peaks.values()), default=0.0)
+    leading = [(peak.waves, *at) for at, peak in peaks.items() if peak.power > highest - AS_GOOD]
+    return [chatter(waves, disc, priors_of(state.reducer), speed) for waves, disc, speed in leading]
 
 
 def _residual_after_fit(block: Whitened, members: Sequence[Candidate]) -> FloatArray:

@@ -338,7 +338,7 @@ class _Stage:
         return found
 
     def _linear_and_finite(self, model: ExactModel, fit: Fit) -> list[Proposal]:
-        """Sets that linear equations propose about an optimum, and about no effect those of finite size."""
+        """Sets that linear equations propose about an optimum, and those that only responses of finite size show."""
         library = self.library
         equations = equations_about(model, library, fit.optimum)
         found = linear_proposals(equations, library, fit.optimum, fit.offsets)
@@ -346,13 +346,14 @@ class _Stage:
             found += shapes_between(equations, library, fit.optimum, fit.offsets)
             found.sort(key=lambda one: -one.promised)
             self.library = library.with_more([member for one in found for member in one.members])
-        if fit.optimum.members:
-            if model.only_scans:
-                return found
-            return [*moved_nearby(model, library, fit.optimum, fit.offsets), *found]
-        starts = second_order(model, library, equations)
-        finite = of_finite_size(model, library, equations, fit.offsets)
-        return [*finite, *found, *(Proposal(library.members(i), u, fit.offsets) for i, u in starts)]
+        if model.only_scans:
+            return found
+        finite = (
+            moved_nearby(model, library, fit.optimum, fit.offsets)
+            if fit.optimum.members
+            else of_finite_size(model, library, equations, fit.offsets)
+        )
+        return [*finite, *second_order(model, library, equations, fit.optimum, fit.offsets), *found]
 
     def _reindexed(self, model: ExactModel, fit: Fit) -> list[Proposal]:
         """The set, and the set rotated by 180°, with the lobe index that suits it best."""
