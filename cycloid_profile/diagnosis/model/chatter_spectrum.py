@@ -46,13 +46,13 @@ def chatter_peaks(block: Whitened, z: FloatArray | None = None, most: int = 3) -
     spectra = {speed: chatter_spectrum(block, z, speed) for speed in SPEEDS}
     # Multiples of the lobes are tooth form, in any motion.
     strongest = {
-        speed: float(np.max(power[off_lobes(grid, lobes) > 1.0], initial=0.0))
+        speed: float(np.max(power[off_lobes(grid, lobes, speed) > 1.0], initial=0.0))
         for speed, (grid, power) in spectra.items()
     }
     speed = max(SPEEDS, key=lambda one: strongest[one])
     speed = speed if strongest[speed] > strongest[GENERATING] + AS_GOOD else GENERATING
     grid, power = spectra[speed]
-    off = off_lobes(grid, lobes)
+    off = off_lobes(grid, lobes, speed)
     found: list[float] = []
     for i in np.argsort(power)[::-1][:200]:
         if sidak(float(np.exp(-0.5 * power[i])), grid.size) > PEAK:
@@ -121,8 +121,13 @@ def cosine_and_sine(along: ComplexArray, across: ComplexArray, length: FloatArra
     return fall, cc * ss - cs * cs
 
 
-def off_lobes(waves: FloatArray, lobes: int) -> FloatArray:
-    """Distance of numbers of waves from the nearest multiple of ``lobes`` that a tooth form has."""
-    nearest = np.minimum(np.round(waves / lobes), FORM_WAVES)
+def off_lobes(waves: FloatArray, lobes: int, speed: str) -> FloatArray:
+    """Distance of numbers of waves, even in the motion of constant ``speed``, from the nearest multiple of ``lobes``
+    that a tooth form has.
+
+    In another than the generating motion each wave is modulated from lobe to lobe: next to any multiple it has a part
+    of one wave a turn, as a runout.
+    """
+    nearest = np.minimum(np.round(waves / lobes), FORM_WAVES if speed == GENERATING else np.inf)
     off: FloatArray = np.abs(waves - nearest * lobes)
     return off

@@ -171,7 +171,7 @@ class UnscannedWaves:
         lobes = self.blocks[0].residuals.reducer.case.drive.trochoid.lobes
         grid = np.asarray(0.5 * k, dtype=np.float64)
         power = _power(along, across, length.real, length.real)
-        return grid, np.where(off_lobes(grid, lobes) > _OFF_LOBES, power, 0.0)
+        return grid, np.where(off_lobes(grid, lobes, speed) > _OFF_LOBES, power, 0.0)
 
     def _loaded_pin_response(self, speed: str) -> list[tuple[csr_array, FloatArray]]:
         """For each file: response of its rows to removals at the loaded places [per mm], shape (rows, places), and
