@@ -49,9 +49,9 @@ def test_block_spectrum_equals_the_reference(block, first, step, count):
 
 
 def test_even_waves_far_shorter_than_a_tooth_form_are_chatter_at_any_number():
-    # 594.58 waves on 11 lobes are 54.05 on each; a tooth form has at most 12.
+    # 594.58 waves on 11 lobes are 54.05 on each; a tooth form has at most 20.
     waves = np.array([22.4, 127.0, 132.0, 594.58])
-    np.testing.assert_allclose(off_lobes(waves, 11, "generating"), [0.4, 5.0, 0.0, 462.58])
+    np.testing.assert_allclose(off_lobes(waves, 11, "generating"), [0.4, 5.0, 0.0, 374.58])
     # Modulated from lobe to lobe, the last has a part of half a wave a turn.
     np.testing.assert_allclose(off_lobes(waves, 11, "c_axis"), [0.4, 5.0, 0.0, 0.58])
 

@@ -15,7 +15,7 @@ LEAST_WAVES = 13  # one more than the orders of form that ``detection`` tests on
 SHORTEST_WAVE = 0.25  # mm along the flank: the contact width bridges shorter waves
 SPEEDS = tuple(str(one) for one in GrindingChatter.shapes["constant_speed"])
 GENERATING = SPEEDS[0]
-FORM_WAVES = 12  # from root to root: a tooth form has no more; what repeats on every lobe above is chatter
+FORM_WAVES = 20  # from root to root: the most of ``ToothFormError``; what repeats on every lobe above is chatter
 AS_GOOD = 9.0  # of chi²: three standard deviations between two waves
 PEAK = 0.01  # probability that noise alone produces a peak
 _APART = 2.0  # least distance of two peaks, in waves
@@ -44,7 +44,7 @@ def chatter_peaks(block: Whitened, z: FloatArray | None = None, most: int = 3) -
     """
     lobes = block.residuals.reducer.case.drive.trochoid.lobes
     spectra = {speed: chatter_spectrum(block, z, speed) for speed in SPEEDS}
-    # Multiples of the lobes are tooth form, in any motion.
+    # Multiples of the lobes that a tooth form has, and in other motions all, are left out.
     strongest = {
         speed: float(np.max(power[off_lobes(grid, lobes, speed) > 1.0], initial=0.0))
         for speed, (grid, power) in spectra.items()

@@ -72,6 +72,7 @@ class UnscannedWaves:
     def __init__(self, blocks: Sequence[Whitened], members: Sequence[Candidate], disc: int | None) -> None:
         self.blocks = [block for block in blocks if block.residuals.recording.kind.over_output_turn]
         self.disc = disc
+        self._responses: dict[str, list[tuple[csr_array, FloatArray]]] = {}
         free = diagonal([np.hstack([block.nuisance[:, : block.known], _mesh(block)]) for block in self.blocks])
         # Errors of the model have prior widths: rows of their own hold them to zero.
         errors = diagonal([block.white(block.residuals.model_error) for block in self.blocks])
@@ -98,7 +99,7 @@ class UnscannedWaves:
     def strongest(self, speed: str = GENERATING) -> list[Peak]:
         """Wave with the largest power and waves with nearly the same, to a fiftieth, best first.
 
-        Multiples of the number of lobes are excluded.
+        Waves near multiples of the lobes are excluded as in ``off_lobes``.
         """
         grid, power = self._spectrum(speed)
         rough: list[tuple[float, float]] = []
@@ -179,12 +180,14 @@ class UnscannedWaves:
 
         Angles along the disc that run at constant ``speed`` [rad]; the root of lobe 1 is at zero.
         """
-        found = []
-        for block, (matrix, places) in zip(self.blocks, self._loaded_places, strict=True):
-            reducer = block.residuals.reducer
-            angles = [chatter_angle(speed, reducer.teeth[j], phase) + mounted for j, mounted, phase in places]
-            found.append((matrix, np.concatenate(angles)))
-        return found
+        if speed not in self._responses:
+            found = []
+            for block, (matrix, places) in zip(self.blocks, self._loaded_places, strict=True):
+                teeth = block.residuals.reducer.teeth
+                angles = [chatter_angle(speed, teeth[j], phase) + mounted for j, mounted, phase in places]
+                found.append((matrix, np.concatenate(angles)))
+            self._responses[speed] = found
+        return self._responses[speed]
 
     @cached_property
     def _loaded_places(self) -> list[tuple[csr_array, list[tuple[int, float, FloatArray]]]]:

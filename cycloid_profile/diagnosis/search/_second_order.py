@@ -48,10 +48,11 @@ def second_order(
 
 def _cancelling(library: Library, equations: NormalEquations, optimum: Optimum) -> Iterator[Candidate]:
     """Candidates that linear equations about an optimum do not see because all discs or all pins share them."""
+    named = {member.title for member in optimum.members}
     for i, candidate in enumerate(library.candidates):
         turns = candidate.angle is not None and candidate.kind.location is not EffectLocation.SENSOR
         information = float(np.trace(equations.R[2 * i : 2 * i + 2, 2 * i : 2 * i + 2]))
-        if turns and candidate.on_all_discs and information < _UNSEEN**2 and candidate not in optimum.members:
+        if turns and candidate.on_all_discs and information < _UNSEEN**2 and candidate.title not in named:
             yield candidate
 
 
