@@ -229,7 +229,7 @@ def test_what_all_discs_share_acts_by_its_square_and_twice_its_angle():
     known, none = Library((own, pitch), 2), empty_fit(model).optimum
     linear = normal_equations(model.baseline.blocks, known.candidates)
     assert list(second._cancelling(known, linear, none)) == [pitch]
-    columns = second._second_order_responses(model, none, pitch)
+    columns = second._second_order_responses(model, model.baseline, pitch)
     # A new solve at any angle of that size, from the three patterns.
     for angle in (0.3, 1.9):
         u = 0.5 * np.array([math.cos(angle), math.sin(angle)])

@@ -84,21 +84,18 @@ class DiscCompliance(Described):
         matrix = np.zeros_like(self.matrix)
         matrix[:points, :points] = self.matrix[:points, :points] - even
         own = self.own - np.tile(np.mean(self.own.reshape(self.lobes, -1), axis=0), self.lobes)
-        return DiscCompliance(f"{self.key}, uneven part", self.lobes, self.per_lobe, matrix, own, self.sectors)
+        return replace(self, key=f"{self.key}, uneven part", matrix=matrix, own=own)
 
     @property
     def hole_part(self) -> DiscCompliance:
         """What moves at the bearing holes, and what the forces on them move at the flanks."""
         points, matrix = len(self.own), self.matrix.copy()
         matrix[:points, :points] = 0.0
-        own = np.zeros_like(self.own)
-        return DiscCompliance(f"{self.key}, hole part", self.lobes, self.per_lobe, matrix, own, self.sectors)
+        return replace(self, key=f"{self.key}, hole part", matrix=matrix, own=np.zeros_like(self.own))
 
     def scaled(self, factor: float) -> DiscCompliance:
         """The compliance times ``factor``, as of another modulus or width."""
-        return DiscCompliance(
-            f"{self.key}*{factor!r}", self.lobes, self.per_lobe, factor * self.matrix, factor * self.own, self.sectors
-        )
+        return replace(self, key=f"{self.key}*{factor!r}", matrix=factor * self.matrix, own=factor * self.own)
 
     def save(self, path: str | Path) -> None:
         """Write an ``.npz`` file that ``read_disc_compliance`` reads (docs/elastic-disc.md)."""

@@ -70,7 +70,7 @@ def load_error(reducer: AsBuiltReducer, curve: LinearisedCurve) -> FloatArray:
 
 def uneven_discs(reducer: AsBuiltReducer, curve: LinearisedCurve) -> FloatArray:
     """The column of elastic discs that are softer in some directions, shape (rows, 1); none for rigid discs."""
-    return _softened(tuple(one.uneven_part for one in reducer.case.disc_bodies or ()), curve)
+    return _softened(tuple(one.uneven_part for one in reducer.case.disc_bodies), curve)
 
 
 def hole_error(reducer: AsBuiltReducer, curve: LinearisedCurve) -> FloatArray:
@@ -78,7 +78,7 @@ def hole_error(reducer: AsBuiltReducer, curve: LinearisedCurve) -> FloatArray:
 
     Forces on the holes bend the disc as its flanks do, and more where one crank carries more than the others.
     """
-    return _softened(tuple(one.hole_part for one in reducer.case.disc_bodies or ()), curve)
+    return _softened(tuple(one.hole_part for one in reducer.case.disc_bodies), curve)
 
 
 def _softened(by: tuple[DiscCompliance, ...], curve: LinearisedCurve) -> FloatArray:

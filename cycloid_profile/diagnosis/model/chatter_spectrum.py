@@ -1,4 +1,4 @@
-"""Spectrum of waves round a scanned disc, without the waves that repeat on every lobe, and its peaks."""
+"""Spectrum of waves round a scanned disc, and its peaks, without those of a tooth form."""
 
 from __future__ import annotations
 

@@ -38,9 +38,7 @@ _CELLS = 2**16  # of two revolutions of the disc
 _PROPOSED, _LEADING, _APART = 12, 4, 2.0
 # Waves about a peak of the grid of half waves: steps of a fifth, then of a fiftieth.
 _ROUGHLY, _CLOSELY = np.arange(-2, 3) / 5.0, np.arange(-25, 26) / 50.0
-_OFF_LOBES = (
-    2.5  # waves: multiples of the lobe number are tooth form, also with once or twice per revolution modulation
-)
+_OFF_LOBES = 2.5  # waves next to those that ``off_lobes`` counts as tooth form: modulated once or twice a turn
 _GAIN = 2.0  # of chi²: least gain for a change of the number of waves
 _AT_ONCE = 2_000_000  # pairs of pins
 # Least independence of cosine and sine; below it a wave has no power.
@@ -49,7 +47,9 @@ _ONE_OF_TWO = 0.1
 
 @dataclass(frozen=True)
 class Peak:
-    """Number of ``waves`` on a ``disc``, counted from 1, None for all; ``power`` is the reduction of chi².
+    """Number of ``waves`` on a ``disc``, counted from 1, None for all, even in the motion of constant ``speed``.
+
+    ``power`` is the reduction of chi².
 
     ``p_value``: probability of a peak this high in noise, on any number of waves. ``over_accuracy``: largest root mean
     square it explains in any file, divided by the accuracy of the simulation.
@@ -57,6 +57,7 @@ class Peak:
 
     waves: float
     disc: int | None
+    speed: str
     power: float
     p_value: float
     over_accuracy: float
@@ -119,7 +120,7 @@ class UnscannedWaves:
             recording, rows = block.residuals.recording, block.z.size
             rms = recording.noise.sigma * float(np.sqrt(np.mean(explained[first : first + rows] ** 2)))
             over, first = max(over, rms / recording.accuracy), first + rows
-        return Peak(waves, self.disc, power, sidak(math.exp(-0.5 * power), looks), over)
+        return Peak(waves, self.disc, speed, power, sidak(math.exp(-0.5 * power), looks), over)
 
     def near(self, waves: float, speed: str = GENERATING) -> float:
         """Strongest number of waves within half a wave of ``waves``, to a fiftieth; ``waves`` if the gain is small."""

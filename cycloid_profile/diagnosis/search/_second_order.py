@@ -38,7 +38,7 @@ def second_order(
         return []
     before, found = model.at(optimum), []
     for candidate in _cancelling(library, equations, optimum):
-        columns = _second_order_responses(model, optimum, candidate)
+        columns = _second_order_responses(model, before, candidate)
         if columns is not None:
             drop, amounts = chi2_reduction(before.blocks, columns)
             start = np.concatenate([optimum.u, _coordinates(amounts)])
@@ -56,15 +56,15 @@ def _cancelling(library: Library, equations: NormalEquations, optimum: Optimum) 
             yield candidate
 
 
-def _second_order_responses(model: ExactModel, optimum: Optimum, candidate: Candidate) -> FloatArray | None:
-    """Response patterns at half a prior width, shape (rows, 3); None without a solution.
+def _second_order_responses(model: ExactModel, before: State, candidate: Candidate) -> FloatArray | None:
+    """Response patterns at half a prior width next to the members of a state, shape (rows, 3); None without a solution.
 
     The patterns vary with cosine and sine of twice its angle; the third is constant.
     """
-    before, shown = model.at(optimum), []
+    shown = []
     for angle in np.deg2rad([0.0, 90.0, 45.0, 135.0]):
-        u = np.array([*optimum.u, _TRIAL * np.cos(angle), _TRIAL * np.sin(angle)])
-        state = model.state([*optimum.members, candidate], u)
+        u = np.array([*before.u, _TRIAL * np.cos(angle), _TRIAL * np.sin(angle)])
+        state = model.state([*before.members, candidate], u)
         if state is None:
             return None
         shown.append(change_of_predictions(before, state))

@@ -96,16 +96,13 @@ def _under_pins(state: State, members: Sequence[Candidate]) -> list[Candidate]:
     discs: list[int | None] = [*unscanned(state.blocks)]
     if len(discs) == state.reducer.discs > 1:
         discs.append(None)
-    peaks: dict[tuple[int | None, str], Peak] = {}
+    peaks, priors = list[Peak](), priors_of(state.reducer)
     for disc in discs:
         waves = UnscannedWaves(state.blocks, members, disc)
-        for speed in SPEEDS:
-            for peak in waves.strongest(speed)[:1]:
-                if peak.p_value < PEAK and peak.power > _LEAST_SHARE * waves.excess:
-                    peaks[disc, speed] = peak
-    highest = max((peak.power for peak in peaks.values()), default=0.0)
-    leading = [(peak.waves, *at) for at, peak in peaks.items() if peak.power > highest - AS_GOOD]
-    return [chatter(waves, disc, priors_of(state.reducer), speed) for waves, disc, speed in leading]
+        strongest = [peak for speed in SPEEDS for peak in waves.strongest(speed)[:1]]
+        peaks += [peak for peak in strongest if peak.p_value < PEAK and peak.power > _LEAST_SHARE * waves.excess]
+    highest = max((peak.power for peak in peaks), default=0.0)
+    return [chatter(peak.waves, peak.disc, priors, peak.speed) for peak in peaks if peak.power > highest - AS_GOOD]
 
 
 def _residual_after_fit(block: Whitened, members: Sequence[Candidate]) -> FloatArray:
