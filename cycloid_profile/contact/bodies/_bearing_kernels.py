@@ -39,9 +39,17 @@ def _on_half(a: float, b: float, c: float, degree: int = _DEGREE) -> FloatArray:
     for k in range(80):  # 2^−80 is below any rounding
         term = term * z * ((a + k) * (b + k) / ((c + k) * (1.0 + k)))
         total += term
-    fitted = np.polynomial.chebyshev.chebfit(nodes, total, degree)
+    return powers_of(np.polynomial.chebyshev.chebfit(nodes, total, degree))
+
+
+def powers_of(series: FloatArray) -> FloatArray:
+    """A Chebyshev series as a polynomial, highest power last, shape (1 + largest degree,).
+
+    numpy drops a last coefficient that is zero, which depends on how the processor rounds.
+    """
+    powers = np.polynomial.chebyshev.cheb2poly(series)
     found = np.zeros(1 + _DEGREE_BEYOND)
-    found[: degree + 1] = np.polynomial.chebyshev.cheb2poly(fitted)
+    found[: powers.size] = powers
     return found
 
 
