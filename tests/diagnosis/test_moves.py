@@ -25,11 +25,11 @@ from cycloid_profile.diagnosis.search._subsampling import smallest_subsample, su
 from cycloid_profile.diagnosis.search._symmetric_parts import on_other_parts
 from cycloid_profile.diagnosis.search.lobe_index import index_lobes, offsets_about, with_offsets
 from cycloid_profile.diagnosis.search.seam import _power_from_each_lobe
-from cycloid_profile.diagnosis.search.search import empty_fit, equations_about
+from cycloid_profile.diagnosis.search.search import Fit, _Stage, empty_fit, equations_about
 from cycloid_profile.measurement import parse_measurement
 from cycloid_profile.rig import Settings, simulate
 from tests.diagnosis import blind
-from tests.diagnosis.test_likelihood import equations, library, reducer, residuals
+from tests.diagnosis.test_likelihood import dense, equations, library, reducer, residuals, solved
 
 LOBES = 39
 PITCH = blind.Hidden("cumulative_pitch_error", {"amplitude_um": 3.0, "phase_deg": 70.0, "disc": 1})
@@ -272,3 +272,42 @@ def test_each_variety_starts_at_the_place_and_angle_that_explain_most():
     # One-sided, or without any pattern: straight on.
     np.testing.assert_array_equal(found[wear], [1.0, 0.0])
     np.testing.assert_array_equal(found[everywhere], [1.0, 0.0])
+
+
+@cache
+def one_thick_pin() -> ExactModel:
+    """A turn of a reducer with one pin 3 µm off."""
+    hidden = blind.Hidden("single_pin_error", {"amount_um": 3.0, "pin": 7})
+    text = blind.transmission_error(
+        blind.Reducer(), [hidden], torque_nm=412.0, rows=400, noise=blind.Noise(0.1), seed=5
+    )
+    return ExactModel(reducer(), [record(reducer(), parse_measurement(text, "turn.csv"))])
+
+
+def test_a_smaller_error_of_the_model_alone_makes_no_set_better():
+    model = one_thick_pin()
+    (pin,), (lobe,) = some("single_pin_error", pin=7), some("single_tooth_error", lobe=3, disc=1)
+    good, poor = (model.optimum(Attempt((one,), np.array([0.3, 0.0])), 0.0) for one in (pin, lobe))
+    # The residual of each with the nuisances and the noise of the other, by a dense covariance.
+    (of_good,), (of_poor,) = model.at(good).blocks, model.at(poor).blocks
+    r = of_good.residuals.residual[of_good.chosen]
+    C = dense(of_poor, of_poor.residuals.form_error([lobe], poor.u))
+    both = float(r @ solved(C, r))
+    common = 0.5 * (poor.chi2 + float(poor.u @ poor.u) - both - float(good.u @ good.u))
+    own = 0.5 * (poor.misfit - good.misfit)
+    assert own > 100.0
+    assert model.deficit(poor, good) == pytest.approx(min(own, common), rel=1e-6)
+    # With the same residual, a set is not worse for a larger error.
+    assert model.deficit(replace(good, misfit=good.misfit + 50.0), good) == pytest.approx(0.0, abs=1e-9)
+    assert model.deficit(good, poor) == -own
+
+
+def test_members_without_which_a_set_is_not_worse_are_left_out():
+    model = one_thick_pin()
+    (pin,), (runout,) = some("single_pin_error", pin=7), some("pin_ring_runout")
+    stage = _Stage(model, Library(library(True), 2), lambda _: None, 6, 0.0, 20)
+    both = model.optimum(Attempt((pin, runout), np.array([0.3, 0.0, 0.05, 0.05])), 0.0)
+    # There is no runout, and the pin alone was never fitted.
+    fit = Fit(both, (0,))
+    stage._fits[fit.key] = fit
+    assert stage.simplest().optimum.members == (pin,)

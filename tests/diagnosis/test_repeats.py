@@ -10,10 +10,11 @@ import pytest
 from cycloid_profile.design import as_built_reducer
 from cycloid_profile.diagnosis import Recording
 from cycloid_profile.diagnosis.data.noise import Noise
-from cycloid_profile.diagnosis.data.repeats import with_noise_of_repeats
+from cycloid_profile.diagnosis.data.repeats import with_drift_of_instrument, with_noise_of_repeats
 from cycloid_profile.measurement import HYSTERESIS, TRANSMISSION_ERROR, Measurement
 from cycloid_profile.spec import parse_spec
 from tests.diagnosis.blind import Reducer, spec_text
+from tests.diagnosis.test_likelihood import residuals
 
 NOISE, TEXTURE, ROWS = 0.15, 0.4, 3000
 
@@ -107,3 +108,14 @@ def test_diagnosis_uses_the_noise_of_repeats():
     assert found.verdict == "agrees"
     assert found.gaps[0].noise == found.gaps[1].noise
     assert any("2 repeats of disc 1" in note for note in found.notes)
+
+
+def test_an_instrument_that_drifts_in_one_turn_may_drift_in_all():
+    drifting, closed = replace(turn(1), drift=0.4), turn(2)
+    first, second, scan = with_drift_of_instrument([drifting, closed, residuals("scan").recording])
+    assert first is drifting
+    assert second.drift == drifting.drift
+    assert not second.shown_drift
+    assert "drifts" in second.notes[-1]
+    assert not scan.drift
+    assert with_drift_of_instrument([closed, turn(3)])[0] is closed

@@ -9,6 +9,7 @@ from cycloid_profile.diagnosis.data.recording import Recording as Recording
 from cycloid_profile.diagnosis.data.recording import for_validation_only as for_validation_only
 from cycloid_profile.diagnosis.data.recording import record as record
 from cycloid_profile.diagnosis.data.recording import use_all_rows as use_all_rows
+from cycloid_profile.diagnosis.data.repeats import with_drift_of_instrument as with_drift_of_instrument
 from cycloid_profile.diagnosis.data.repeats import with_noise_of_repeats as with_noise_of_repeats
 from cycloid_profile.diagnosis.data.screening import require_new_rows as require_new_rows
 from cycloid_profile.diagnosis.data.screening import screen as screen

@@ -1,6 +1,7 @@
-"""Noise from repeated measurements: the difference of two files of one specimen is noise.
+"""What files of one instrument show together: noise from repeated measurements, and drift.
 
-Repeats without unclamping share their clamping error, which the difference does not contain.
+The difference of two files of one specimen is noise. Repeats without unclamping share their clamping error, which the
+difference does not contain.
 """
 
 from __future__ import annotations
@@ -50,6 +51,21 @@ def with_noise_of_repeats(recordings: Sequence[Recording]) -> list[Recording]:
             note = f"noise from {len(estimated) + 1} repeats of {recordings[group[0]].measurement.keys['specimen']}"
             for i in {i for pair, one in zip(pairwise(group), noises, strict=True) if one is not None for i in pair}:
                 found[i] = replace(found[i], noise=noise, notes=(*found[i].notes, note))
+    return found
+
+
+def with_drift_of_instrument(recordings: Sequence[Recording]) -> list[Recording]:
+    """The recordings; where one curve over a turn drifts, all of its kind may drift as far.
+
+    Half a wave of drift closes a turn, so that a single file cannot show it: it passes for a wave of order one.
+    """
+    found = list(recordings)
+    for i, one in enumerate(recordings):
+        if one.kind.over_output_turn and not one.drift:
+            widest = max((other for other in recordings if other.kind is one.kind), key=lambda other: other.drift)
+            if widest.drift:
+                note = f"{widest.name} drifts: a drift of the same width is fitted here, too"
+                found[i] = replace(one, drift=widest.drift, drift_elsewhere=True, notes=(*one.notes, note))
     return found
 
 

@@ -190,9 +190,9 @@ def _block_findings(block: Whitened, z: FloatArray) -> list[Finding]:
 
 def _drift_findings(base: Finding, recording: Recording, position: FloatArray) -> list[Finding]:
     """The drift of a curve, which is found though it is fitted: beyond some noise it is no reading error."""
-    if not (recording.kind.is_curve and recording.drift):
-        return []
     drift, sigma = recording.shown_drift, recording.noise.sigma
+    if not (recording.kind.is_curve and drift):
+        return []
     scale = 1.0 if recording.kind is HYSTERESIS else 1.0 / DEGREE
     start, end = (float(x) * scale for x in position[[0, -1]])
     drifts = replace(base, coordinate=recording.kind.coordinate, start=start, end=end, amplitude=drift)

@@ -219,6 +219,22 @@ class ExactModel:
         value = log_evidence_at(fall, u, covariance, prior, members)
         return Optimum(members, u, covariance, R, now.chi2, now.misfit + float(u @ u), rows, value, converged)
 
+    def deficit(self, one: Optimum, best: Optimum) -> float:
+        """Half chi², with the terms of prior and covariance, by which a set fits worse than the best.
+
+        Each with its own error of the model, or both with that of the worse one, whichever is less: the widths of that
+        error are known to a factor only, so that a smaller error alone makes no set better.
+        """
+        own = 0.5 * (one.misfit - best.misfit)
+        if own <= 0.0:
+            return own
+        of_one, of_best = self.at(one), self.at(best)
+        if any(a.z.size != b.z.size for a, b in zip(of_one.blocks, of_best.blocks, strict=True)):
+            return own
+        both = sum(float(a.product(b.z, b.z)) for a, b in zip(of_one.blocks, of_best.blocks, strict=True))
+        common = 0.5 * (of_one.chi2 + float(one.u @ one.u) - both - float(best.u @ best.u))
+        return min(own, common)
+
     def start_anew(self) -> None:
         """Start from the poses without effects, so that results do not depend on the order of attempts."""
         self._latest = self._predicted(self.baseline.residuals)

@@ -123,8 +123,7 @@ def search_effects(
         stage = whole
     progress("fitting the best sets of effects closely")
     stage.fit_best_closely()
-    ranked = stage.at_residual_noise()
-    best = _simplest(ranked)
+    best, ranked = stage.simplest(), stage.at_residual_noise()
     found = stage.model(best.offsets)
     waves = [] if model.is_comparison else alternative_waves(found, best.optimum)
     library = stage.library.with_more(waves)
@@ -132,12 +131,6 @@ def search_effects(
     return SearchResult(
         best.optimum, found, library, equations_about(found, library, best.optimum), fitted, stage.limited
     )
-
-
-def _simplest(ranked: Sequence[Fit]) -> Fit:
-    """The best of the sets with fewest effects, among those whose evidence is not clearly below the best."""
-    near = [one for one in ranked if one.evidence > ranked[0].evidence - tuned.DISTINGUISHED]
-    return min(near, key=lambda one: len(one.optimum.members))
 
 
 def empty_fit(model: ExactModel) -> Fit:
@@ -204,13 +197,54 @@ class _Stage:
 
         Without it, members that mend what no effect explains pass for significant (Miller and Dunson 2019).
         """
+        return sorted((self._at_residual_noise(one) for one in self._fits.values()), key=lambda one: -one.evidence)
+
+    def _at_residual_noise(self, one: Fit) -> Fit:
         share = 1.0 - 1.0 / self.best.optimum.residual_variance
-        fits = []
-        for one in self._fits.values():
-            gained = 0.5 * (self.model(one.offsets).baseline.misfit - one.optimum.misfit)
-            evidence = one.optimum.log_evidence - share * gained
-            fits.append(replace(one, optimum=replace(one.optimum, log_evidence=evidence)))
-        return sorted(fits, key=lambda one: -one.evidence)
+        gained = 0.5 * (self.model(one.offsets).baseline.misfit - one.optimum.misfit)
+        evidence = one.optimum.log_evidence - share * gained
+        return replace(one, optimum=replace(one.optimum, log_evidence=evidence))
+
+    def simplest(self) -> Fit:
+        """The best of the sets with fewest effects, among those whose evidence is not clearly below the best.
+
+        Members of the best set are left out in turn, as long as the rest is not clearly worse.
+        """
+        ranked = self.at_residual_noise()
+        best = chosen = ranked[0]
+        while len(chosen.optimum.members) > 1:
+            fewer = [self._at_residual_noise(one) for one in self._with_one_less(chosen)]
+            near = [one for one in fewer if self._is_near(one, best)]
+            if not near:
+                break
+            chosen = max(near, key=lambda one: one.evidence)
+        near = [one for one in ranked if one.evidence > best.evidence - tuned.OPEN and self._is_near(one, best)]
+        return min([chosen, *near], key=lambda one: (len(one.optimum.members), -one.evidence))
+
+    def _is_near(self, one: Fit, best: Fit) -> bool:
+        """Whether a set is not clearly worse than the best, with the error of the model as in ``deficit``."""
+        below = best.evidence - one.evidence
+        if below > tuned.DISTINGUISHED and one.offsets == best.offsets:
+            own = 0.5 * (one.optimum.misfit - best.optimum.misfit)
+            less = own - self.model(best.offsets).deficit(one.optimum, best.optimum)
+            below -= less / best.optimum.residual_variance
+        return below < tuned.DISTINGUISHED
+
+    def _with_one_less(self, fit: Fit) -> list[Fit]:
+        """The subsets of a set that lack one member, fitted however much worse they are."""
+        found = []
+        for i in range(len(fit.optimum.members)):
+            members = (*fit.optimum.members[:i], *fit.optimum.members[i + 1 :])
+            key = frozenset(members), fit.offsets
+            if key not in self._fits:
+                start = np.delete(fit.optimum.u, [2 * i, 2 * i + 1])
+                attempt = Attempt(members, start, least_gain=tuned.LEAST_GAIN)
+                optimum = self.model(fit.offsets).optimum(attempt, self.library.prior(members))
+                if optimum is None or optimum.implausible:
+                    continue
+                self._fits[key] = Fit(optimum, fit.offsets)
+            found.append(self._fits[key])
+        return found
 
     @property
     def leading(self) -> list[Fit]:

@@ -147,7 +147,7 @@ def ambiguity_group(
         alternative = rescored.remaining_member(others)
         if alternative is None or alternative.name == mine.name or rescored.implausible:
             continue
-        if _fit_of(rescored) >= _fit_of(best) - _distinguished(best):
+        if alternative.name not in group and found.model.deficit(rescored, best) < _distinguished(best):
             group.setdefault(alternative.name, alternative)
     names, at_places, reach = _RESCORED_SWAPS, 1, tuned.DISTINGUISHED
     if found.model.only_loops:

@@ -10,7 +10,7 @@ import numpy as np
 
 from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.data.recording import Recording, for_validation_only, record, use_all_rows
-from cycloid_profile.diagnosis.data.repeats import with_noise_of_repeats
+from cycloid_profile.diagnosis.data.repeats import with_drift_of_instrument, with_noise_of_repeats
 from cycloid_profile.diagnosis.data.screening import screen_files
 from cycloid_profile.diagnosis.model.candidate import Candidate, candidates
 from cycloid_profile.diagnosis.model.detection import (
@@ -116,7 +116,7 @@ def _read(
     measurements, held_out = screen_files(reducer, measurements, held_out)
     ready = [record(reducer, m, _disc(reducer, m, discs, i)) for i, m in enumerate(measurements)]
     checks = tuple(for_validation_only(record(reducer, m, _disc(reducer, m, None, 0))) for m in held_out)
-    return _Files(tuple(with_noise_of_repeats(ready)), checks)
+    return _Files(tuple(with_drift_of_instrument(with_noise_of_repeats(ready))), checks)
 
 
 def _disc(reducer: AsBuiltReducer, measurement: Measurement, discs: Sequence[int] | None, number: int) -> int:
