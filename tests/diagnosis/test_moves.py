@@ -287,19 +287,21 @@ def one_thick_pin() -> ExactModel:
 def test_a_smaller_error_of_the_model_alone_makes_no_set_better():
     model = one_thick_pin()
     (pin,), (lobe,) = some("single_pin_error", pin=7), some("single_tooth_error", lobe=3, disc=1)
-    good, poor = (model.optimum(Attempt((one,), np.array([0.3, 0.0])), 0.0) for one in (pin, lobe))
-    # The residual of each with the nuisances and the noise of the other, by a dense covariance.
-    (of_good,), (of_poor,) = model.at(good).blocks, model.at(poor).blocks
-    r = of_good.residuals.residual[of_good.chosen]
-    C = dense(of_poor, of_poor.residuals.form_error([lobe], poor.u))
-    both = float(r @ solved(C, r))
-    common = 0.5 * (poor.chi2 + float(poor.u @ poor.u) - both - float(good.u @ good.u))
-    own = 0.5 * (poor.misfit - good.misfit)
+    part, whole = (
+        model.optimum(Attempt(members, u), 0.0)
+        for members, u in (((lobe,), np.array([0.3, 0.0])), ((lobe, pin), np.array([0.1, 0.0, 0.3, 0.0])))
+    )
+    # The residual of the whole with the nuisances and the noise of the part, by a dense covariance.
+    (of_part,), (of_whole,) = model.at(part).blocks, model.at(whole).blocks
+    r = of_whole.residuals.residual[of_whole.chosen]
+    C = dense(of_part, of_part.residuals.form_error([lobe], part.u))
+    common = 0.5 * (part.chi2 - float(r @ solved(C, r)) + float(part.u @ part.u - whole.u @ whole.u))
+    own = 0.5 * (part.misfit - whole.misfit)
     assert own > 100.0
-    assert model.deficit(poor, good) == pytest.approx(min(own, common), rel=1e-6)
+    assert model.deficit(part, whole) == pytest.approx(min(own, common), rel=1e-6)
     # With the same residual, a set is not worse for a larger error.
-    assert model.deficit(replace(good, misfit=good.misfit + 50.0), good) == pytest.approx(0.0, abs=1e-9)
-    assert model.deficit(good, poor) == -own
+    assert model.deficit(replace(whole, misfit=whole.misfit + 50.0), whole) == pytest.approx(0.0, abs=1e-9)
+    assert model.deficit(whole, part) == -own
 
 
 def test_members_without_which_a_set_is_not_worse_are_left_out():

@@ -7,6 +7,7 @@ import pytest
 from cycloid_profile.design import as_built_reducer
 from cycloid_profile.diagnosis.data.recording import record
 from cycloid_profile.diagnosis.model.candidate import candidates
+from cycloid_profile.diagnosis.model.residuals import Residuals
 from cycloid_profile.diagnosis.planning import plan
 from cycloid_profile.errors import SolveError
 from cycloid_profile.measurement import parse_measurement
@@ -27,4 +28,4 @@ def test_a_bench_without_equilibrium_is_not_proposed(monkeypatch: pytest.MonkeyP
         return known(reducer, design, library)
 
     monkeypatch.setattr(plan, "information", binds)
-    assert plan.separating_measurement(reducer, [recording], oval, [ring]) == "profile_scan"
+    assert plan.separating_measurement(reducer, [Residuals(recording, reducer)], oval, [ring]) == "profile_scan"

@@ -67,9 +67,10 @@ class Recording:
     check. ``disc``: scanned disc, counted from 0. ``placed``: first registration of a scan.
     ``predicted``: first prediction of a curve. ``notes``: sentences about the data. ``lobes_covered``:
     number of lobes that a scan shows. ``drift``: standard deviation of a drift, of a curve or of the origin of a scan,
-    from the middle to either end, in the unit of the column; 0 if the rows show none. ``drift_elsewhere``: not these rows
-    show it, but another file of the same instrument. ``later``: measured after changes of the specimen. ``pair``: number shared with the file of the other time that was measured in the same way; None
-    without one. ``unnamed``: size of a smooth error of any form that both have in common, in the unit of the column.
+    from the middle to either end, in the unit of the column; 0 if the rows show none. ``drift_elsewhere``: not these
+    rows show it, but another file of the same instrument. ``later``: measured after changes of the specimen. ``pair``:
+    number shared with the file of the other time that was measured in the same way; None without one. ``unnamed``: size
+    of a smooth error of any form that both have in common, in the unit of the column.
     """
 
     measurement: Measurement

@@ -219,21 +219,18 @@ class ExactModel:
         value = log_evidence_at(fall, u, covariance, prior, members)
         return Optimum(members, u, covariance, R, now.chi2, now.misfit + float(u @ u), rows, value, converged)
 
-    def deficit(self, one: Optimum, best: Optimum) -> float:
-        """Half chi², with the terms of prior and covariance, by which a set fits worse than the best.
+    def deficit(self, part: Optimum, whole: Optimum) -> float:
+        """Half chi², with the terms of prior and covariance, by which a part of a set fits worse than the whole.
 
-        Each with its own error of the model, or both with that of the worse one, whichever is less: the widths of that
-        error are known to a factor only, so that a smaller error alone makes no set better.
+        Each with its own error of the model, or both with that of the part, whichever is less: a further member must
+        explain what the error of the others does not, and a smaller error alone makes no set better.
         """
-        own = 0.5 * (one.misfit - best.misfit)
-        if own <= 0.0:
+        own = 0.5 * (part.misfit - whole.misfit)
+        some, every = self.at(part).blocks, self.at(whole).blocks
+        if own <= 0.0 or any(a.z.size != b.z.size for a, b in zip(some, every, strict=True)):
             return own
-        of_one, of_best = self.at(one), self.at(best)
-        if any(a.z.size != b.z.size for a, b in zip(of_one.blocks, of_best.blocks, strict=True)):
-            return own
-        both = sum(float(a.product(b.z, b.z)) for a, b in zip(of_one.blocks, of_best.blocks, strict=True))
-        common = 0.5 * (of_one.chi2 + float(one.u @ one.u) - both - float(best.u @ best.u))
-        return min(own, common)
+        fall = sum(float(a.product(a.z, a.z) - a.product(b.z, b.z)) for a, b in zip(some, every, strict=True))
+        return min(own, 0.5 * (fall + float(part.u @ part.u - whole.u @ whole.u)))
 
     def start_anew(self) -> None:
         """Start from the poses without effects, so that results do not depend on the order of attempts."""

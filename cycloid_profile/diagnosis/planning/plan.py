@@ -11,7 +11,7 @@ import numpy as np
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.diagnosis.data.noise import Noise
-from cycloid_profile.diagnosis.data.recording import Recording, record, use_all_rows
+from cycloid_profile.diagnosis.data.recording import record, use_all_rows
 from cycloid_profile.diagnosis.model.candidate import Candidate, candidates, places
 from cycloid_profile.diagnosis.model.evidence import ALIAS
 from cycloid_profile.diagnosis.model.residuals import Residuals
@@ -92,14 +92,15 @@ def information(reducer: AsBuiltReducer, design: Design, library: Sequence[Candi
 
 def separating_measurement(
     reducer: AsBuiltReducer,
-    recordings: Sequence[Recording],
+    residuals: Sequence[Residuals],
     member: Candidate,
     alternatives: Sequence[Candidate],
     progress: Callable[[str], None] = lambda _: None,
 ) -> str | None:
     """Further measurement that separates a member from its alternatives best; None without alternatives.
 
-    The one that gives the largest minimum sine between their patterns, together with the given recordings.
+    The one that gives the largest minimum sine between their patterns, together with what was measured: ``residuals``
+    on the ``reducer``.
     """
     if not alternatives:
         return None
@@ -107,7 +108,7 @@ def separating_measurement(
         # Of all effects, only thermal growth follows the temperature.
         return SECOND_TEMPERATURE
     library = [member, *alternatives]
-    now = normal_equations([Whitened(Residuals(use_all_rows(r), reducer)) for r in recordings], library).R
+    now = normal_equations([Whitened(one) for one in residuals], library).R
     best = ("a scan of a second specimen", _TOO_CLOSE)
     for design in DESIGNS:
         progress(f"separation by {design.name}")

@@ -208,27 +208,27 @@ class _Stage:
     def simplest(self) -> Fit:
         """The best of the sets with fewest effects, among those whose evidence is not clearly below the best.
 
-        Members of the best set are left out in turn, as long as the rest is not clearly worse.
+        Members of the best set are left out in turn, as long as the rest is not clearly worse and leaves no more beyond
+        the noise.
         """
         ranked = self.at_residual_noise()
         best = chosen = ranked[0]
         while len(chosen.optimum.members) > 1:
-            fewer = [self._at_residual_noise(one) for one in self._with_one_less(chosen)]
-            near = [one for one in fewer if self._is_near(one, best)]
+            parts = [self._at_residual_noise(one) for one in self._with_one_less(chosen)]
+            left = best.optimum.residual_variance
+            enough = [one for one in parts if one.optimum.residual_variance <= left]
+            near = [one for one in enough if self._below(one, best) < tuned.DISTINGUISHED]
             if not near:
                 break
             chosen = max(near, key=lambda one: one.evidence)
-        near = [one for one in ranked if one.evidence > best.evidence - tuned.OPEN and self._is_near(one, best)]
+        near = [one for one in ranked if one.evidence > best.evidence - tuned.DISTINGUISHED]
         return min([chosen, *near], key=lambda one: (len(one.optimum.members), -one.evidence))
 
-    def _is_near(self, one: Fit, best: Fit) -> bool:
-        """Whether a set is not clearly worse than the best, with the error of the model as in ``deficit``."""
-        below = best.evidence - one.evidence
-        if below > tuned.DISTINGUISHED and one.offsets == best.offsets:
-            own = 0.5 * (one.optimum.misfit - best.optimum.misfit)
-            less = own - self.model(best.offsets).deficit(one.optimum, best.optimum)
-            below -= less / best.optimum.residual_variance
-        return below < tuned.DISTINGUISHED
+    def _below(self, part: Fit, whole: Fit) -> float:
+        """Evidence of a part of a set below that of the whole, with the error of the model as in ``deficit``."""
+        own = 0.5 * (part.optimum.misfit - whole.optimum.misfit)
+        less = own - self.model(whole.offsets).deficit(part.optimum, whole.optimum)
+        return whole.evidence - part.evidence - less / whole.optimum.residual_variance
 
     def _with_one_less(self, fit: Fit) -> list[Fit]:
         """The subsets of a set that lack one member, fitted however much worse they are."""

@@ -45,7 +45,7 @@ def named_effects(
         alternatives = [c for c in group if c.name != member.name]
         # Linearised on the reducer with its effects, because some effects vanish to first order about the nominal
         # geometry.
-        by = separating_measurement(state.reducer, everything.recordings, member, alternatives, progress)
+        by = separating_measurement(state.reducer, state.residuals, member, alternatives, progress)
         without = [c for j, c in enumerate(best.members) if j != i]
         described.append(
             NamedEffect(
@@ -147,7 +147,7 @@ def ambiguity_group(
         alternative = rescored.remaining_member(others)
         if alternative is None or alternative.name == mine.name or rescored.implausible:
             continue
-        if alternative.name not in group and found.model.deficit(rescored, best) < _distinguished(best):
+        if _fit_of(rescored) >= _fit_of(best) - _distinguished(best):
             group.setdefault(alternative.name, alternative)
     names, at_places, reach = _RESCORED_SWAPS, 1, tuned.DISTINGUISHED
     if found.model.only_loops:
