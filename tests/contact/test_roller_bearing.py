@@ -324,6 +324,17 @@ def test_tangent_with_elastic_discs(rv40e, discs, play, table):
     np.testing.assert_allclose(tangent.rotation(0.0, fit), exact, atol=0.02 * np.max(np.abs(exact)))
 
 
+@pytest.mark.filterwarnings("error")
+def test_an_idle_bearing_with_a_force_of_rounding_is_deflected_along_it(rv40e):
+    case = case_of(rv40e, 0.001)
+    clearance = {"name": "crank_bearing_clearance", "radial_um": 3.0}
+    change = ReducerChange(apply_effects(case, []), apply_effects(case, [effect_from_table(clearance)]), 3.0)
+    force = 1e-310 * np.array([[[0.6, -0.8]], [[0.0, 0.0]]])
+    moved, still = change.bearing_deflection_change(force)
+    np.testing.assert_allclose(moved, [[0.6e-3, -0.8e-3]], rtol=1e-6)
+    assert not np.any(still)
+
+
 def test_effects_act_on_rollers(rv40e):
     case = case_of(rv40e, -0.002)
     looser = apply_effects(
