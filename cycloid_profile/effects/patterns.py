@@ -152,6 +152,6 @@ class ReducerChange:
             return None
         size = np.hypot(bearing_force[..., 0], bearing_force[..., 1])
         more = after.displacement(size, new.bearing_play) - before.displacement(size, old.bearing_play)
-        # Divided by its size first: an idle bearing has a force of rounding, far below any that can be divided by.
+        # The direction first: play over the force of an idle bearing, which is rounding, would overflow.
         direction = bearing_force / np.where(size > 0.0, size, 1.0)[..., np.newaxis]
         return np.asarray((more / self.step)[..., np.newaxis] * direction)

@@ -29,7 +29,7 @@ from cycloid_profile.diagnosis.search.search import Fit, _Stage, empty_fit, equa
 from cycloid_profile.measurement import parse_measurement
 from cycloid_profile.rig import Settings, simulate
 from tests.diagnosis import blind
-from tests.diagnosis.test_likelihood import dense, equations, library, reducer, residuals, solved
+from tests.diagnosis.test_likelihood import equations, library, reducer, residuals
 
 LOBES = 39
 PITCH = blind.Hidden("cumulative_pitch_error", {"amplitude_um": 3.0, "phase_deg": 70.0, "disc": 1})
@@ -276,40 +276,43 @@ def test_each_variety_starts_at_the_place_and_angle_that_explain_most():
 
 @cache
 def one_thick_pin() -> ExactModel:
-    """A turn of a reducer with one pin 3 µm off."""
-    hidden = blind.Hidden("single_pin_error", {"amount_um": 3.0, "pin": 7})
-    text = blind.transmission_error(
-        blind.Reducer(), [hidden], torque_nm=412.0, rows=400, noise=blind.Noise(0.1), seed=5
-    )
+    """A turn of a reducer with one pin 3 µm off, read by an encoder 1″ off its axis."""
+    hidden = [
+        blind.Hidden("single_pin_error", {"amount_um": 3.0, "pin": 7}),
+        blind.Hidden("encoder_eccentricity", {"amplitude_arcsec": 1.0, "phase_deg": 40.0}),
+    ]
+    text = blind.transmission_error(blind.Reducer(), hidden, torque_nm=412.0, rows=400, noise=blind.Noise(0.1), seed=5)
     return ExactModel(reducer(), [record(reducer(), parse_measurement(text, "turn.csv"))])
+
+
+def fitted(model: ExactModel, *names: str, **choice: object) -> Optimum:
+    members = some(*names, **choice)
+    found = model.optimum(Attempt(members, np.full(2 * len(members), 0.1)), 0.0)
+    assert found is not None
+    return found
 
 
 def test_a_smaller_error_of_the_model_alone_makes_no_set_better():
     model = one_thick_pin()
-    (pin,), (lobe,) = some("single_pin_error", pin=7), some("single_tooth_error", lobe=3, disc=1)
-    part, whole = (
-        model.optimum(Attempt(members, u), 0.0)
-        for members, u in (((lobe,), np.array([0.3, 0.0])), ((lobe, pin), np.array([0.1, 0.0, 0.3, 0.0])))
-    )
-    # The residual of the whole with the nuisances and the noise of the part, by a dense covariance.
+    part = fitted(model, "single_pin_error", "encoder_eccentricity", pin=7)
+    whole = fitted(model, "single_pin_error", "encoder_eccentricity", "pin_ring_runout", pin=7)
+    # The residual of the whole, its nuisances those of the part, fitted against their priors.
     (of_part,), (of_whole,) = model.at(part).blocks, model.at(whole).blocks
-    r = of_whole.residuals.residual[of_whole.chosen]
-    C = dense(of_part, of_part.residuals.form_error([lobe], part.u))
-    common = 0.5 * (part.chi2 - float(r @ solved(C, r)) + float(part.u @ part.u - whole.u @ whole.u))
-    own = 0.5 * (part.misfit - whole.misfit)
-    assert own > 100.0
-    assert model.deficit(part, whole) == pytest.approx(min(own, common), rel=1e-6)
-    # With the same residual, a set is not worse for a larger error.
-    assert model.deficit(replace(whole, misfit=whole.misfit + 50.0), whole) == pytest.approx(0.0, abs=1e-9)
-    assert model.deficit(whole, part) == -own
+    A, n = of_part.nuisance, of_part.nuisance.shape[1]
+    _, (chi2,), *_ = np.linalg.lstsq(np.vstack([A, np.eye(n)]), np.concatenate([of_whole.z, np.zeros(n)]))
+    common = 0.5 * (part.chi2 - chi2 + float(part.u @ part.u - whole.u @ whole.u))
+    # Were the error of the whole smaller, it would be better by that alone.
+    smaller = replace(whole, misfit=part.misfit - 2.0 * abs(common) - 50.0)
+    assert model.deficit(part, smaller) == pytest.approx(common, abs=1e-4)
+    assert model.deficit(part, replace(whole, misfit=part.misfit + 2.0)) == -1.0
 
 
 def test_members_without_which_a_set_is_not_worse_are_left_out():
     model = one_thick_pin()
-    (pin,), (runout,) = some("single_pin_error", pin=7), some("pin_ring_runout")
     stage = _Stage(model, Library(library(True), 2), lambda _: None, 6, 0.0, 20)
-    both = model.optimum(Attempt((pin, runout), np.array([0.3, 0.0, 0.05, 0.05])), 0.0)
-    # There is no runout, and the pin alone was never fitted.
-    fit = Fit(both, (0,))
-    stage._fits[fit.key] = fit
-    assert stage.simplest().optimum.members == (pin,)
+    # There is no runout, and the pin and the encoder without it were never fitted.
+    whole = Fit(fitted(model, "single_pin_error", "encoder_eccentricity", "pin_ring_runout", pin=7), (0,))
+    stage._fits[whole.key] = whole
+    best, ranked = stage.simplest()
+    assert {one.name for one in best.optimum.members} == {"single_pin_error", "encoder_eccentricity"}
+    assert whole.key in {one.key for one in ranked}

@@ -111,11 +111,16 @@ def test_diagnosis_uses_the_noise_of_repeats():
 
 
 def test_an_instrument_that_drifts_in_one_turn_may_drift_in_all():
-    drifting, closed = replace(turn(1), drift=0.4), turn(2)
-    first, second, scan = with_drift_of_instrument([drifting, closed, residuals("scan").recording])
-    assert first is drifting
+    drifting, closed, own = replace(turn(1), drift=0.4), turn(2), replace(turn(3), drift=0.1)
+    half = replace(turn(4), rows=np.arange(ROWS // 2), held_out=np.zeros(ROWS // 2, dtype=bool))
+    first, second, third, fourth, scan = with_drift_of_instrument(
+        [drifting, closed, own, half, residuals("scan").recording]
+    )
+    assert (first, third, fourth) == (drifting, own, half)
     assert second.drift == drifting.drift
     assert not second.shown_drift
     assert "drifts" in second.notes[-1]
     assert not scan.drift
-    assert with_drift_of_instrument([closed, turn(3)])[0] is closed
+    # Without a drift, and with one of parts that creep, each file stays alone.
+    for other in (turn(3), replace(turn(3), drift=20.0)):
+        assert with_drift_of_instrument([closed, other])[0] is closed

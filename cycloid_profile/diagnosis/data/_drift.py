@@ -1,8 +1,8 @@
 """Drift of a measurement from its first row to its last, separated from effects that repeat.
 
 A free drift would hide 61 % of the information on a sine of order one. So the width of its prior is zero unless the
-rows show a drift themselves: a turn does not close, a branch of a loop does not return to itself, the origin of a scan
-moves between lobes whose forms agree.
+rows show a drift, or those of another turn of the same kind: a turn does not close, a branch of a loop does not return
+to itself, the origin of a scan moves between lobes whose forms agree.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _CHANCE = 1.0 / 80.0  # of a drift in a file without one
 _SIGNIFICANT_LINE = 6.25  # of chi²: this chance for a line
 _SIGNIFICANT_WAVE = 14.0  # of chi²: one in 1,000 for one order
 DRIFT_WIDTH = 2.0  # times the estimate
-_LEAST_SPAN = 0.9  # of a turn
+LEAST_SPAN = 0.9  # of a turn
 # Share of the square of a drift that effects must leave: it is 0.02 where a loop passes each branch once, 0.05 in a
 # turn with all its low orders, 0.7 where a loop passes a quarter again.
 _APART = 0.03
@@ -38,7 +38,7 @@ def turn_drift(residual: FloatArray, angle: FloatArray, noise: Noise, orders: Se
     noise : noise of the rows
     orders : per turn, fitted with 1 to 12, such as the multiples of lobes and pins
     """
-    if np.ptp(angle) < _LEAST_SPAN * 2.0 * math.pi:
+    if np.ptp(angle) < LEAST_SPAN * 2.0 * math.pi:
         return 0.0
     columns = [np.ones((residual.size, 1))]
     # Orders above half the rows alias to lower ones.

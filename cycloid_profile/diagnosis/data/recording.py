@@ -67,10 +67,10 @@ class Recording:
     check. ``disc``: scanned disc, counted from 0. ``placed``: first registration of a scan.
     ``predicted``: first prediction of a curve. ``notes``: sentences about the data. ``lobes_covered``:
     number of lobes that a scan shows. ``drift``: standard deviation of a drift, of a curve or of the origin of a scan,
-    from the middle to either end, in the unit of the column; 0 if the rows show none. ``drift_elsewhere``: not these
-    rows show it, but another file of the same instrument. ``later``: measured after changes of the specimen. ``pair``:
-    number shared with the file of the other time that was measured in the same way; None without one. ``unnamed``: size
-    of a smooth error of any form that both have in common, in the unit of the column.
+    from the middle to either end, in the unit of the column; 0 for none. ``drift_of_another_file``: another file of its
+    kind shows the drift, these rows do not. ``later``: measured after changes of the specimen. ``pair``: number shared
+    with the file of the other time that was measured in the same way; None without one. ``unnamed``: size of a smooth
+    error of any form that both have in common, in the unit of the column.
     """
 
     measurement: Measurement
@@ -83,7 +83,7 @@ class Recording:
     predicted: CurvePrediction | None = None
     lobes_covered: int = 0
     drift: float = 0.0
-    drift_elsewhere: bool = False
+    drift_of_another_file: bool = False
     later: bool = False
     pair: int | None = None
     unnamed: float = 0.0
@@ -116,7 +116,7 @@ class Recording:
     @property
     def shown_drift(self) -> float:
         """Drift that the rows show, from the middle to either end, in ``unit``."""
-        return 0.0 if self.drift_elsewhere else self.drift / DRIFT_WIDTH
+        return 0.0 if self.drift_of_another_file else self.drift / DRIFT_WIDTH
 
     def starts(self, chosen: BoolArray) -> BoolArray:
         """Mask of the ``chosen`` rows without a predecessor, shape (chosen rows,)."""

@@ -14,6 +14,8 @@ from itertools import pairwise
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray, IntArray
+from cycloid_profile.diagnosis import _tuned as tuned
+from cycloid_profile.diagnosis.data._drift import LEAST_SPAN
 from cycloid_profile.diagnosis.data.noise import Noise, estimate_noise
 from cycloid_profile.diagnosis.data.recording import Recording
 from cycloid_profile.measurement import HYSTERESIS
@@ -55,18 +57,31 @@ def with_noise_of_repeats(recordings: Sequence[Recording]) -> list[Recording]:
 
 
 def with_drift_of_instrument(recordings: Sequence[Recording]) -> list[Recording]:
-    """The recordings; where one curve over a turn drifts, all of its kind may drift as far.
+    """The recordings; where one curve over a turn drifts, those of its kind that show no drift may drift as far.
 
-    Half a wave of drift closes a turn, so that a single file cannot show it: it passes for a wave of order one.
+    Half a wave of drift closes a turn, so that a single file cannot show it: it passes for a wave of order one. A drift
+    far above the noise is of the parts, not of the instrument, and holds for its own file alone.
     """
     found = list(recordings)
     for i, one in enumerate(recordings):
-        if one.kind.over_output_turn and not one.drift:
-            widest = max((other for other in recordings if other.kind is one.kind), key=lambda other: other.drift)
+        if _covers_a_turn(one) and not one.drift:
+            same = [other for other in recordings if other.kind is one.kind and _is_of_instrument(other)]
+            widest = max(same, key=lambda other: other.drift, default=one)
             if widest.drift:
                 note = f"{widest.name} drifts: a drift of the same width is fitted here, too"
-                found[i] = replace(one, drift=widest.drift, drift_elsewhere=True, notes=(*one.notes, note))
+                notes = (*one.notes, note)
+                found[i] = replace(one, drift=widest.drift, drift_of_another_file=True, notes=notes)
     return found
+
+
+def _covers_a_turn(one: Recording) -> bool:
+    if not one.kind.over_output_turn:
+        return False
+    return float(np.ptp(one.measurement["output_angle_deg"][one.rows])) >= LEAST_SPAN * 360.0
+
+
+def _is_of_instrument(one: Recording) -> bool:
+    return one.shown_drift <= tuned.DRIFT * one.noise.sigma
 
 
 def _noise_between(one: Recording, other: Recording) -> Noise | None:

@@ -226,10 +226,13 @@ class ExactModel:
         explain what the error of the others does not, and a smaller error alone makes no set better.
         """
         own = 0.5 * (part.misfit - whole.misfit)
-        some, every = self.at(part).blocks, self.at(whole).blocks
-        if own <= 0.0 or any(a.z.size != b.z.size for a, b in zip(some, every, strict=True)):
+        some, every = (None if own <= 0.0 else self.state(one.members, one.u) for one in (part, whole))
+        if some is None or every is None:
             return own
-        fall = sum(float(a.product(a.z, a.z) - a.product(b.z, b.z)) for a, b in zip(some, every, strict=True))
+        pairs = list(zip(some.blocks, every.blocks, strict=True))
+        if not all(np.array_equal(a.chosen, b.chosen) for a, b in pairs):
+            return own
+        fall = sum(float(a.product(a.z, a.z) - a.product(b.z, b.z)) for a, b in pairs)
         return min(own, 0.5 * (fall + float(part.u @ part.u - whole.u @ whole.u)))
 
     def start_anew(self) -> None:

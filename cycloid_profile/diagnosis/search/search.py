@@ -123,7 +123,7 @@ def search_effects(
         stage = whole
     progress("fitting the best sets of effects closely")
     stage.fit_best_closely()
-    best, ranked = stage.simplest(), stage.at_residual_noise()
+    best, ranked = stage.simplest()
     found = stage.model(best.offsets)
     waves = [] if model.is_comparison else alternative_waves(found, best.optimum)
     library = stage.library.with_more(waves)
@@ -183,7 +183,7 @@ class _Stage:
 
     def fit_best_closely(self) -> None:
         """Fit the sets that may be chosen to the last step: an earlier end can hide more than it promised to gain."""
-        ranked = self.at_residual_noise()
+        ranked = self.at_residual_noise(self.best.optimum.residual_variance)
         for one in ranked:
             before = one.optimum
             if before.members and one.evidence > ranked[0].evidence - tuned.DISTINGUISHED:
@@ -192,58 +192,67 @@ class _Stage:
                 if closer is not None and closer.misfit < before.misfit:
                     self._fits[one.key] = replace(one, optimum=closer)
 
-    def at_residual_noise(self) -> list[Fit]:
-        """All fits by decreasing evidence, with the variance that the best leaves where it exceeds the noise.
+    def at_residual_noise(self, variance: float) -> list[Fit]:
+        """All fits by decreasing evidence, with this ``variance`` in units of that of the noise, at least 1.
 
-        Without it, members that mend what no effect explains pass for significant (Miller and Dunson 2019).
+        Without that of the best, members that mend what no effect explains pass for significant (Miller and Dunson
+        2019).
         """
-        return sorted((self._at_residual_noise(one) for one in self._fits.values()), key=lambda one: -one.evidence)
+        return sorted((self._at(one, variance) for one in self._fits.values()), key=lambda one: -one.evidence)
 
-    def _at_residual_noise(self, one: Fit) -> Fit:
-        share = 1.0 - 1.0 / self.best.optimum.residual_variance
+    def _at(self, one: Fit, variance: float) -> Fit:
         gained = 0.5 * (self.model(one.offsets).baseline.misfit - one.optimum.misfit)
-        evidence = one.optimum.log_evidence - share * gained
+        evidence = one.optimum.log_evidence - (1.0 - 1.0 / variance) * gained
         return replace(one, optimum=replace(one.optimum, log_evidence=evidence))
 
-    def simplest(self) -> Fit:
-        """The best of the sets with fewest effects, among those whose evidence is not clearly below the best.
+    def simplest(self) -> tuple[Fit, list[Fit]]:
+        """The best of the sets with fewest effects, among those whose evidence is not clearly below the best; and all
+        fits by decreasing evidence.
 
         Members of the best set are left out in turn, as long as the rest is not clearly worse and leaves no more beyond
         the noise.
         """
-        ranked = self.at_residual_noise()
-        best = chosen = ranked[0]
+        variance = self.best.optimum.residual_variance
+        best = chosen = self.at_residual_noise(variance)[0]
         while len(chosen.optimum.members) > 1:
-            parts = [self._at_residual_noise(one) for one in self._with_one_less(chosen)]
-            left = best.optimum.residual_variance
-            enough = [one for one in parts if one.optimum.residual_variance <= left]
-            near = [one for one in enough if self._below(one, best) < tuned.DISTINGUISHED]
+            self.progress("fitting parts of the best set of effects")
+            parts = [self._at(one, variance) for one in self._parts(chosen)]
+            enough = [one for one in parts if one.optimum.residual_variance <= best.optimum.residual_variance]
+            near = [one for one in enough if self._below(one, best, variance) < tuned.DISTINGUISHED]
             if not near:
                 break
             chosen = max(near, key=lambda one: one.evidence)
-        near = [one for one in ranked if one.evidence > best.evidence - tuned.DISTINGUISHED]
-        return min([chosen, *near], key=lambda one: (len(one.optimum.members), -one.evidence))
+        ranked = self.at_residual_noise(variance)
+        least, most = best.evidence - tuned.DISTINGUISHED, len(chosen.optimum.members)
+        near = [
+            one
+            for one in ranked
+            if one.evidence > least or (len(one.optimum.members) <= most and one.evidence > chosen.evidence)
+        ]
+        return min([chosen, *near], key=lambda one: (len(one.optimum.members), -one.evidence)), ranked
 
-    def _below(self, part: Fit, whole: Fit) -> float:
+    def _below(self, part: Fit, whole: Fit, variance: float) -> float:
         """Evidence of a part of a set below that of the whole, with the error of the model as in ``deficit``."""
         own = 0.5 * (part.optimum.misfit - whole.optimum.misfit)
         less = own - self.model(whole.offsets).deficit(part.optimum, whole.optimum)
-        return whole.evidence - part.evidence - less / whole.optimum.residual_variance
+        return whole.evidence - part.evidence - less / variance
 
-    def _with_one_less(self, fit: Fit) -> list[Fit]:
-        """The subsets of a set that lack one member, fitted however much worse they are."""
+    def _parts(self, fit: Fit) -> list[Fit]:
+        """The subsets of a set that lack one member, fitted closely however much worse they are.
+
+        Those with members that are not determined are left out.
+        """
         found = []
         for i in range(len(fit.optimum.members)):
             members = (*fit.optimum.members[:i], *fit.optimum.members[i + 1 :])
-            key = frozenset(members), fit.offsets
-            if key not in self._fits:
-                start = np.delete(fit.optimum.u, [2 * i, 2 * i + 1])
-                attempt = Attempt(members, start, least_gain=tuned.LEAST_GAIN)
-                optimum = self.model(fit.offsets).optimum(attempt, self.library.prior(members))
-                if optimum is None or optimum.implausible:
-                    continue
-                self._fits[key] = Fit(optimum, fit.offsets)
-            found.append(self._fits[key])
+            key, start = (frozenset(members), fit.offsets), np.delete(fit.optimum.u, [2 * i, 2 * i + 1])
+            optimum = self.model(fit.offsets).optimum(Attempt(members, start), self.library.prior(members))
+            known = self._fits.get(key)
+            sound = optimum is not None and not optimum.implausible and len(optimum.determined) == len(members)
+            if optimum is not None and sound and (known is None or optimum.misfit < known.optimum.misfit):
+                known = self._fits[key] = Fit(optimum, fit.offsets)
+            if known is not None:
+                found.append(known)
         return found
 
     @property

@@ -115,8 +115,9 @@ def _read(
 ) -> _Files:
     measurements, held_out = screen_files(reducer, measurements, held_out)
     ready = [record(reducer, m, _disc(reducer, m, discs, i)) for i, m in enumerate(measurements)]
-    checks = tuple(for_validation_only(record(reducer, m, _disc(reducer, m, None, 0))) for m in held_out)
-    return _Files(tuple(with_drift_of_instrument(with_noise_of_repeats(ready))), checks)
+    checks = [for_validation_only(record(reducer, m, _disc(reducer, m, None, 0))) for m in held_out]
+    both = with_drift_of_instrument([*with_noise_of_repeats(ready), *checks])
+    return _Files(tuple(both[: len(ready)]), tuple(both[len(ready) :]))
 
 
 def _disc(reducer: AsBuiltReducer, measurement: Measurement, discs: Sequence[int] | None, number: int) -> int:
