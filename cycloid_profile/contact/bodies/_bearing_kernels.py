@@ -39,7 +39,7 @@ def _on_half(a: float, b: float, c: float, degree: int = _DEGREE) -> FloatArray:
     for k in range(80):  # 2^−80 is below any rounding
         term = term * z * ((a + k) * (b + k) / ((c + k) * (1.0 + k)))
         total += term
-    return powers_of(np.polynomial.chebyshev.chebfit(nodes, total, degree))
+    return powers_of(np.asarray(np.polynomial.chebyshev.chebfit(nodes, total, degree), dtype=np.float64))
 
 
 def powers_of(series: FloatArray) -> FloatArray:
