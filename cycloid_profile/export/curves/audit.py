@@ -15,6 +15,7 @@ from cycloid_profile.geometry import ToothProfile
 _TABLE = 4001  # start phases of a lobe; Newton refines the feet
 _JOINED = 1e-9  # rad, largest gap between rows that counts as joined
 _NARROW_STEP = 0.3  # rad of the 2π of a lobe
+_ROUNDING = 1e-12  # mm
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,8 +36,10 @@ class Deviation:
     def of(cls, points: ComplexArray, offset: FloatArray) -> Deviation:
         """Summary of the signed distances ``offset`` at ``points``, equal shapes [mm]."""
         off = np.abs(offset).ravel()
-        worst = int(np.argmax(off))
-        return cls(float(off[worst]), float(np.sqrt(np.mean(off**2))), float(np.angle(points.flat[worst])), off.size)
+        largest = float(np.max(off))
+        # Mirrored points are equally far: processors differ in which is further by rounding.
+        worst = np.angle(points.ravel()[off > largest - _ROUNDING])
+        return cls(largest, float(np.sqrt(np.mean(off**2))), float(np.max(worst)), off.size)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
