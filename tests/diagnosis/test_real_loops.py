@@ -30,6 +30,7 @@ def test_friction_and_a_compliance_or_play_are_named(name: str) -> None:
     assert names & GIVES_WAY
     (gap,) = found.gaps
     closed = 1.0 - gap.held_out_after / gap.held_out_before
+    assert closed > 0.65  # by friction and a softening compliance alone
     if name == "play_initial.csv" and closed < CLOSED[name]:
         # On some processors, with one thread, the search does not meet the set with a third effect.
         pytest.xfail(f"rounding decides between two sets: one closes 77 %, friction and softening {closed:.0%}")

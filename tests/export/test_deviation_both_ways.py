@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
 from cycloid_profile.export.curves import deviation_both_ways
+from cycloid_profile.export.curves.audit import Deviation
 from cycloid_profile.geometry import ToothProfile, Trochoid
 from cycloid_profile.modification import DeformationCompensation, Equidistant, modify
 
@@ -62,3 +63,10 @@ def test_a_curve_that_cuts_a_corner_shows_from_the_curve() -> None:
     found = deviation_both_ways(THEORY, whole)
     assert found.from_curve == pytest.approx(found.largest, rel=0.02)
     assert found.largest > 0.05
+
+
+def test_of_points_that_are_equally_far_the_greatest_angle_is_given():
+    points = 80.0 * np.exp(1j * np.array([-2.8, 1.0, 2.8]))
+    for rounding in (-1e-14, 0.0, 1e-14):
+        assert Deviation.of(points, np.array([-0.05 + rounding, 0.01, 0.05])).worst_angle == pytest.approx(2.8)
+    assert Deviation.of(points, np.array([-0.06, 0.01, 0.05])).worst_angle == pytest.approx(-2.8)

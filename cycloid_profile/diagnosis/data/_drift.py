@@ -21,7 +21,7 @@ _CHANCE = 1.0 / 80.0  # of a drift in a file without one
 _SIGNIFICANT_LINE = 6.25  # of chi²: this chance for a line
 _SIGNIFICANT_WAVE = 14.0  # of chi²: one in 1,000 for one order
 DRIFT_WIDTH = 2.0  # times the estimate
-LEAST_SPAN = 0.9  # of a turn
+_LEAST_SPAN = 0.9  # of a turn
 # Share of the square of a drift that effects must leave: it is 0.02 where a loop passes each branch once, 0.05 in a
 # turn with all its low orders, 0.7 where a loop passes a quarter again.
 _APART = 0.03
@@ -38,7 +38,7 @@ def turn_drift(residual: FloatArray, angle: FloatArray, noise: Noise, orders: Se
     noise : noise of the rows
     orders : per turn, fitted with 1 to 12, such as the multiples of lobes and pins
     """
-    if np.ptp(angle) < LEAST_SPAN * 2.0 * math.pi:
+    if not covers_a_turn(angle):
         return 0.0
     columns = [np.ones((residual.size, 1))]
     # Orders above half the rows alias to lower ones.
@@ -48,6 +48,11 @@ def turn_drift(residual: FloatArray, angle: FloatArray, noise: Noise, orders: Se
     starts = run_starts(np.arange(residual.size))
     columns += _significant_waves(residual, np.hstack(columns), further, line, noise, starts)
     return _path_width(residual, np.hstack(columns), line, noise, starts, _slow_variance)
+
+
+def covers_a_turn(angle: FloatArray) -> bool:
+    """Whether angles [rad] span enough of a turn to show whether it closes."""
+    return float(np.ptp(angle)) >= _LEAST_SPAN * 2.0 * math.pi
 
 
 def _wave(angle: FloatArray, order: int) -> FloatArray:

@@ -15,11 +15,11 @@ import numpy as np
 
 from cycloid_profile.arrays import FloatArray, IntArray
 from cycloid_profile.diagnosis import _tuned as tuned
-from cycloid_profile.diagnosis.data._drift import LEAST_SPAN
+from cycloid_profile.diagnosis.data._drift import covers_a_turn
 from cycloid_profile.diagnosis.data.noise import Noise, estimate_noise
 from cycloid_profile.diagnosis.data.recording import Recording
 from cycloid_profile.measurement import HYSTERESIS
-from cycloid_profile.units import UM
+from cycloid_profile.units import DEGREE, UM
 
 # Share of the row spacing: largest distance of two rows at the same position.
 _SAME_PLACE = 0.1
@@ -64,7 +64,7 @@ def with_drift_of_instrument(recordings: Sequence[Recording]) -> list[Recording]
     """
     found = list(recordings)
     for i, one in enumerate(recordings):
-        if _covers_a_turn(one) and not one.drift:
+        if not one.drift and _is_a_turn(one):
             same = [other for other in recordings if other.kind is one.kind and _is_of_instrument(other)]
             widest = max(same, key=lambda other: other.drift, default=one)
             if widest.drift:
@@ -74,10 +74,8 @@ def with_drift_of_instrument(recordings: Sequence[Recording]) -> list[Recording]
     return found
 
 
-def _covers_a_turn(one: Recording) -> bool:
-    if not one.kind.over_output_turn:
-        return False
-    return float(np.ptp(one.measurement["output_angle_deg"][one.rows])) >= LEAST_SPAN * 360.0
+def _is_a_turn(one: Recording) -> bool:
+    return one.kind.over_output_turn and covers_a_turn(one.measurement["output_angle_deg"][one.rows] * DEGREE)
 
 
 def _is_of_instrument(one: Recording) -> bool:

@@ -183,7 +183,7 @@ class _Stage:
 
     def fit_best_closely(self) -> None:
         """Fit the sets that may be chosen to the last step: an earlier end can hide more than it promised to gain."""
-        ranked = self.at_residual_noise(self.best.optimum.residual_variance)
+        ranked = self.ranked_at_variance(self.best.optimum.residual_variance)
         for one in ranked:
             before = one.optimum
             if before.members and one.evidence > ranked[0].evidence - tuned.DISTINGUISHED:
@@ -192,15 +192,15 @@ class _Stage:
                 if closer is not None and closer.misfit < before.misfit:
                     self._fits[one.key] = replace(one, optimum=closer)
 
-    def at_residual_noise(self, variance: float) -> list[Fit]:
+    def ranked_at_variance(self, variance: float) -> list[Fit]:
         """All fits by decreasing evidence, with this ``variance`` in units of that of the noise, at least 1.
 
         Without that of the best, members that mend what no effect explains pass for significant (Miller and Dunson
         2019).
         """
-        return sorted((self._at(one, variance) for one in self._fits.values()), key=lambda one: -one.evidence)
+        return sorted((self._at_variance(one, variance) for one in self._fits.values()), key=lambda one: -one.evidence)
 
-    def _at(self, one: Fit, variance: float) -> Fit:
+    def _at_variance(self, one: Fit, variance: float) -> Fit:
         gained = 0.5 * (self.model(one.offsets).baseline.misfit - one.optimum.misfit)
         evidence = one.optimum.log_evidence - (1.0 - 1.0 / variance) * gained
         return replace(one, optimum=replace(one.optimum, log_evidence=evidence))
@@ -213,16 +213,16 @@ class _Stage:
         the noise.
         """
         variance = self.best.optimum.residual_variance
-        best = chosen = self.at_residual_noise(variance)[0]
+        best = chosen = self.ranked_at_variance(variance)[0]
         while len(chosen.optimum.members) > 1:
             self.progress("fitting parts of the best set of effects")
-            parts = [self._at(one, variance) for one in self._parts(chosen)]
+            parts = [self._at_variance(one, variance) for one in self._parts(chosen)]
             enough = [one for one in parts if one.optimum.residual_variance <= best.optimum.residual_variance]
             near = [one for one in enough if self._below(one, best, variance) < tuned.DISTINGUISHED]
             if not near:
                 break
             chosen = max(near, key=lambda one: one.evidence)
-        ranked = self.at_residual_noise(variance)
+        ranked = self.ranked_at_variance(variance)
         least, most = best.evidence - tuned.DISTINGUISHED, len(chosen.optimum.members)
         near = [
             one

@@ -20,7 +20,8 @@ _ROUNDING = 1e-12  # mm
 
 @dataclass(frozen=True, slots=True)
 class Deviation:
-    """Largest and root-mean-square distance from the exact curve [mm], with the polar angle of the largest [rad].
+    """Largest and root-mean-square distance from the exact curve [mm], with the polar angle of the largest [rad],
+    the greatest angle where several are equally large.
 
     ``from_curve`` is the largest distance of the exact curve from the curve in the file [mm], which detects missing
     pieces; None where only points were measured. ``points`` is the number of measured points.
