@@ -14,6 +14,8 @@ from cycloid_profile.contact.bodies import (
     DiscCompliance,
     PartDeviations,
     disc_compliance,
+    displacements_by_holes,
+    kept_compliance,
     read_disc_compliance,
     stage_compliance,
     support_model,
@@ -99,6 +101,46 @@ def test_forces_and_displacements_are_reciprocal_and_store_energy(elastic):
     for one in found:
         np.testing.assert_allclose(one, one.T, rtol=0.0, atol=1e-12 * np.max(np.abs(one)))
         assert np.min(np.linalg.eigvalsh(one)) > -1e-9 * np.max(np.abs(one))
+
+
+def test_a_kept_compliance_is_that_of_its_discs_and_poses(elastic):
+    trochoid, angle = elastic.drive.trochoid, np.array([0.3, 1.1, 0.3, 2.0, 4.4])
+    fresh = stage_compliance(elastic.disc_bodies, mesh(trochoid, angle, 2))
+    kept = kept_compliance(elastic.disc_bodies, trochoid, angle)
+    np.testing.assert_array_equal(kept, fresh)
+    for some in (slice(0, 5), slice(2, 4), slice(4, 5)):
+        found = stage_compliance(elastic.disc_bodies, mesh(trochoid, angle[some], 2))
+        assert np.shares_memory(found, kept)
+        np.testing.assert_array_equal(found, fresh[some])
+    # Poses of which some are not kept, or in another order, and a disc of the same name that is softer.
+    np.testing.assert_array_equal(stage_compliance(elastic.disc_bodies, mesh(trochoid, angle[::-1], 2)), fresh[::-1])
+    softer = tuple(replace(one, matrix=2.0 * one.matrix, own=2.0 * one.own) for one in elastic.disc_bodies)
+    np.testing.assert_allclose(stage_compliance(softer, mesh(trochoid, angle, 2)), 2.0 * fresh, rtol=1e-12)
+    assert kept_compliance((), trochoid, angle) is None
+
+
+def test_a_compliance_that_is_too_large_is_not_kept(elastic, monkeypatch):
+    from cycloid_profile.contact.bodies import elastic_disc
+
+    trochoid, angle = elastic.drive.trochoid, np.array([0.4, 1.2])
+    size = stage_compliance(elastic.disc_bodies, mesh(trochoid, angle, 2)).nbytes
+    monkeypatch.setattr(elastic_disc, "_KEPT", elastic_disc._Latest(1.5 * size))
+    assert kept_compliance(elastic.disc_bodies, trochoid, np.array([0.4, 1.2, 2.0, 2.2])) is None
+    first = kept_compliance(elastic.disc_bodies, trochoid, angle)
+    assert kept_compliance(elastic.disc_bodies, trochoid, angle) is not None
+    assert np.shares_memory(first, stage_compliance(elastic.disc_bodies, mesh(trochoid, angle, 2)))
+    kept_compliance(elastic.disc_bodies, trochoid, angle + 1.0)
+    assert not np.shares_memory(first, stage_compliance(elastic.disc_bodies, mesh(trochoid, angle, 2)))
+
+
+def test_holes_move_what_the_whole_disc_does_without_the_flanks_of_each_other(elastic):
+    meshing = mesh(elastic.drive.trochoid, np.array([0.2, 3.0]), 2)
+    C = stage_compliance(elastic.disc_bodies, meshing).copy()
+    load = np.random.default_rng(2).normal(size=C.shape[:2])
+    pins = meshing.phase[0].size
+    C[:, :pins, :pins] = 0.0
+    found = displacements_by_holes(elastic.disc_bodies, meshing, load)
+    np.testing.assert_allclose(found, np.einsum("pij,pj->pi", C, load), rtol=1e-9, atol=1e-15)
 
 
 def test_equal_forces_on_all_holes_move_nothing(elastic):

@@ -290,10 +290,15 @@ def _is_the_runout(found: Diagnosis, phase: float = 40.0) -> None:
 @pytest.mark.parametrize(
     ("change", "phase", "note"),
     [
-        (rows(backwards), 40.0, "anticlockwise"),
+        pytest.param(rows(backwards), 40.0, "anticlockwise", marks=pytest.mark.slow),
         # Seen from behind all angles are mirrored, which only the order of the points reveals.
         (times(-1.0, "y_mm"), 320.0, "anticlockwise"),
-        (rows(lambda n: np.sort(np.concatenate([np.arange(n), np.arange(0, n, 10)]))), 40.0, "repeat a position"),
+        pytest.param(
+            rows(lambda n: np.sort(np.concatenate([np.arange(n), np.arange(0, n, 10)]))),
+            40.0,
+            "repeat a position",
+            marks=pytest.mark.slow,
+        ),
         (rows(lambda n: np.concatenate([np.arange(n), np.arange(0, n, 10)])), 40.0, "repeat a position"),
         (rows(lambda n: slice(0, n // 2)), 40.0, "of 39 lobes were not scanned"),
         (rows(shuffled), 40.0, ""),
@@ -314,7 +319,9 @@ def test_scan_with_missing_lobes_is_diagnosed() -> None:
     assert any("half.csv: 19 of 39 lobes were not scanned" in note for note in found.notes)
 
 
-@pytest.mark.parametrize("size_um", [10.0, 100.0, 500.0])
+@pytest.mark.parametrize(
+    "size_um", [pytest.param(10.0, marks=pytest.mark.slow), 100.0, pytest.param(500.0, marks=pytest.mark.slow)]
+)
 def test_scan_with_gross_errors_is_diagnosed(size_um: float) -> None:
     draw = np.random.default_rng(3)
     measured = good("scan")

@@ -72,7 +72,14 @@ def test_wear_of_the_other_flank_is_another_effect():
 
 
 @pytest.mark.parametrize(
-    "wrong", ["disc_oval", "equidistant_error", "wheel_wear_drift", "flank_wear", "single_tooth_error"]
+    "wrong",
+    [
+        "disc_oval",
+        "equidistant_error",
+        "wheel_wear_drift",
+        pytest.param("flank_wear", marks=pytest.mark.slow),
+        "single_tooth_error",
+    ],
 )
 def test_a_wrong_name_does_not_fit_held_out_rows(wrong):
     recording = record(reducer(), scanned(PITCH))

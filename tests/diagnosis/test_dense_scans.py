@@ -20,7 +20,11 @@ PARTS = 4
 
 
 @pytest.mark.parametrize(
-    "stated", [REDUCER, SingleToothError(4.0, 7, 1).apply(REDUCER)], ids=["equal lobes", "one lobe"]
+    "stated",
+    [
+        pytest.param(REDUCER, id="equal lobes"),
+        pytest.param(SingleToothError(4.0, 7, 1).apply(REDUCER), id="one lobe", marks=pytest.mark.slow),
+    ],
 )
 def test_dense_scan_is_averaged_without_bias(stated):
     made = DiscRunout(3.0, 40.0).apply(stated)

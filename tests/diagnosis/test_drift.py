@@ -151,7 +151,9 @@ def test_a_scan_of_a_perfect_disc_agrees_though_its_origin_drifts():
     assert any("origin drifts" in note for note in found.notes)
 
 
-@pytest.mark.parametrize(("creep", "verdict"), [(0.0, "agrees"), (0.12, "unknown_effect")])
+@pytest.mark.parametrize(
+    ("creep", "verdict"), [(0.0, "agrees"), pytest.param(0.12, "unknown_effect", marks=pytest.mark.slow)]
+)
 def test_a_loop_that_creeps_does_not_agree_and_one_that_drifts_with_the_noise_does(creep: float, verdict: str) -> None:
     hidden = [Hidden("x_loop_creep", {"amount_arcmin": creep, "rows": 90.0})] if creep else []
     drawing = REDUCERS["11 lobes"]

@@ -128,7 +128,9 @@ def test_spectrum_has_the_variance_of_the_rows():
     assert np.mean(noise.spectrum(omega)) == pytest.approx(4.0, rel=1e-6)
 
 
-@pytest.mark.parametrize("name", CLASSES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[] if name == "AR(2)" else pytest.mark.slow) for name in CLASSES]
+)
 def test_corners_of_an_elastic_effect_do_not_pass_for_noise(name):
     true, index = Noise(1.0, *CLASSES[name]), branches()
     # Pins that come into contact at 0.3 of the torque, and friction.

@@ -54,7 +54,7 @@ def test_noise_has_no_seam():
     assert begins([], 13, 612.0) is None
 
 
-@pytest.mark.parametrize("lobes_on", [0, 20])
+@pytest.mark.parametrize("lobes_on", [pytest.param(0, marks=pytest.mark.slow), 20])
 def test_lobe_index_starts_at_the_seam(lobes_on):
     """Without the seam the step splits the peak: a second chatter was named, or none."""
     found = diagnose(BUILT, [scanned([UNEVEN], lobes_on)])
@@ -78,8 +78,8 @@ def test_other_effects_of_the_scan_use_the_seam_index():
     "effect",
     [
         Hidden("wheel_wear_drift", {"amount_um": 3.0, "first_lobe": 8, "disc": 1}),
-        Hidden("disc_oval", {"amplitude_um": 3.0, "phase_deg": 40.0, "disc": 1}),
-        Hidden("single_tooth_error", {"amount_um": 3.0, "lobe": 30, "disc": 1}),
+        pytest.param(Hidden("disc_oval", {"amplitude_um": 3.0, "phase_deg": 40.0, "disc": 1}), marks=pytest.mark.slow),
+        pytest.param(Hidden("single_tooth_error", {"amount_um": 3.0, "lobe": 30, "disc": 1}), marks=pytest.mark.slow),
     ],
     ids=lambda one: one.name,
 )

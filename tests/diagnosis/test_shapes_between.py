@@ -36,7 +36,7 @@ def named(*hidden: Hidden) -> dict[str, dict[str, float]]:
     return {one.candidate.name: dict(one.parameters) for one in found.effects}
 
 
-@pytest.mark.parametrize("exponent", [1.2, 1.75])
+@pytest.mark.parametrize("exponent", [pytest.param(1.2, marks=pytest.mark.slow), 1.75])
 def test_wear_by_a_power_of_the_lever_has_one_name(exponent):
     found = named(Hidden("flank_wear", {"amount_um": 4.0, "flank": 1, "disc": 1, "x_exponent": exponent}))
     assert set(found) == {"flank_wear"}
@@ -46,7 +46,7 @@ def test_wear_by_a_power_of_the_lever_has_one_name(exponent):
 
 
 # In pitches from the tip before lobe 7: between two shapes of the library, and before the next lobe.
-@pytest.mark.parametrize("start", [0.37, 0.92])
+@pytest.mark.parametrize("start", [pytest.param(0.37, marks=pytest.mark.slow), 0.92])
 def test_wheel_wear_that_jumps_inside_a_lobe_has_one_name(start):
     jump = {"x_start_rad": 6.283185 * start, "x_blend_rad": 0.5}
     found = named(Hidden("wheel_wear_drift", {"amount_um": 1.5, "first_lobe": 7, "disc": 1} | jump))

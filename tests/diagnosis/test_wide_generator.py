@@ -175,6 +175,7 @@ def test_a_seed_determines_a_wide_case():
     assert first.files != other.files
 
 
+@pytest.mark.slow
 def test_wide_scans_have_all_forms_and_sizes_of_the_workshop():
     forms: Counter[tuple[str, str]] = Counter()
     for seed in range(60):

@@ -190,7 +190,8 @@ def test_feeds_stay_in_the_range_of_the_control_after_rounding(
     [
         *((each, "absolute", 3) for each in DIALECTS),
         ("siemens", "absolute", 4),
-        *(("fanuc", "incremental", decimals) for decimals in (3, 4)),
+        ("fanuc", "incremental", 3),
+        pytest.param("fanuc", "incremental", 4, marks=pytest.mark.slow),
     ],
 )
 def test_c_ends_on_whole_turns_at_the_digits_of_the_control(

@@ -103,7 +103,7 @@ def exact(reducer: AsBuiltReducer, stage: LoadedStage) -> tuple[np.ndarray, np.n
 @pytest.mark.parametrize(
     ("tables", "seed"),
     [
-        ((*PARTS, *READ), 1),
+        pytest.param((*PARTS, *READ), 1, marks=pytest.mark.slow),
         pytest.param((*PARTS, *READ), 2, marks=pytest.mark.slow),
         ((*FORMS, *READ), 3),
         ((*FORMS, *READ), 2),

@@ -8,20 +8,22 @@ from __future__ import annotations
 
 import hashlib
 import math
+from collections import deque
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 import numpy as np
 
 from cycloid_profile._display import Described
 from cycloid_profile.arrays import ComplexArray, FloatArray
-from cycloid_profile.contact.mesh import Meshing
+from cycloid_profile.contact.mesh import Meshing, mesh
 from cycloid_profile.errors import GeometryError, LoadError, ResourceError
 from cycloid_profile.filesystem import new_file
-from cycloid_profile.geometry import Contour, DiscOutline
+from cycloid_profile.geometry import Contour, DiscOutline, Trochoid
 from cycloid_profile.resources import Need, unpacked_need
 
 _FORMAT = "cycloid-profile disc compliance 1"
@@ -36,6 +38,7 @@ _FINE_CHORD = 1e-4  # mm
 _PAIR_BYTES, _PAIR_TIME = 64.0, 7e-6  # memory and s of one core for two flank points, measured with 550 to 3000
 _COPIES = 4.0  # of a matrix while it is read and checked
 _POSES_AT_ONCE = 64  # of displacements: compliances of 130 forces take 9 MB
+_KEPT_BYTES = 1e9  # of compliances kept: those of a bench of 3,000 rows with two discs of 60 pins take half
 _DIGITS = 9  # of the sizes that name a disc in the cache
 
 
@@ -85,13 +88,6 @@ class DiscCompliance(Described):
         matrix[:points, :points] = self.matrix[:points, :points] - even
         own = self.own - np.tile(np.mean(self.own.reshape(self.lobes, -1), axis=0), self.lobes)
         return replace(self, key=f"{self.key}, uneven part", matrix=matrix, own=own)
-
-    @property
-    def hole_part(self) -> DiscCompliance:
-        """What moves at the bearing holes, and what the forces on them move at the flanks."""
-        points, matrix = len(self.own), self.matrix.copy()
-        matrix[:points, :points] = 0.0
-        return replace(self, key=f"{self.key}, hole part", matrix=matrix, own=np.zeros_like(self.own))
 
     def scaled(self, factor: float) -> DiscCompliance:
         """The compliance times ``factor``, as of another modulus or width."""
@@ -196,7 +192,7 @@ def stage_compliance(discs: tuple[DiscCompliance, ...], meshing: Meshing) -> Flo
     """Compliance between all forces on the discs of a stage, shape (poses, forces, forces) [mm/N].
 
     Forces of the pins, disc by disc, then both components of each bearing in the housing frame. Without ``discs``, of
-    rigid discs, there are no forces.
+    rigid discs, there are no forces. An array that ``kept_compliance`` keeps is returned itself: do not write into it.
     """
     from cycloid_profile.contact.bodies._kernels import fill_compliances
 
@@ -204,10 +200,93 @@ def stage_compliance(discs: tuple[DiscCompliance, ...], meshing: Meshing) -> Flo
     if not discs:
         return np.zeros((poses, 0, 0))
     some = discs[:count]
-    forces = count * (pins + 2 * some[0].bearings)
+    kept = _KEPT.find(some, meshing.trochoid, meshing.crank_angle[:, 0])
+    if kept is not None:
+        return kept
+    forces = _forces(some, pins)
     found = np.empty((poses, forces, forces))
-    fill_compliances(*compiled_discs(some), *places_on_discs(some, meshing), found)
+    fill_compliances(*_compiled(some), *_places(some, meshing), found)
     return found
+
+
+def kept_compliance(
+    discs: tuple[DiscCompliance, ...], trochoid: Trochoid, crank_angle: FloatArray
+) -> FloatArray | None:
+    """``stage_compliance`` at crank angles of disc 1, shape (poses,) [rad], kept for further calls with equal discs and
+    these poses, or some in a row of them; None if it is too large, or the discs are rigid.
+    """
+    if not discs or 8.0 * crank_angle.size * _forces(discs, trochoid.pins) ** 2 > _KEPT.most:
+        return None
+    found = _KEPT.find(discs, trochoid, crank_angle)
+    if found is None:
+        found = stage_compliance(discs, mesh(trochoid, crank_angle, len(discs)))
+        _KEPT.keep(_Kept(discs, trochoid, crank_angle.copy(), found))
+    return found
+
+
+def _forces(discs: tuple[DiscCompliance, ...], pins: int) -> int:
+    return len(discs) * (pins + 2 * discs[0].bearings)
+
+
+def _equal(some: tuple[DiscCompliance, ...], others: tuple[DiscCompliance, ...]) -> bool:
+    return some == others and all(
+        a is b or (np.array_equal(a.matrix, b.matrix) and np.array_equal(a.own, b.own))
+        for a, b in zip(some, others, strict=True)
+    )
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Kept:
+    """The ``compliance`` of discs at crank angles of disc 1."""
+
+    discs: tuple[DiscCompliance, ...]
+    trochoid: Trochoid
+    crank_angle: FloatArray
+    compliance: FloatArray
+
+    def at(self, discs: tuple[DiscCompliance, ...], trochoid: Trochoid, crank_angle: FloatArray) -> FloatArray | None:
+        """The compliance at these poses; None if they are not some in a row of its own, or the discs are others."""
+        # A file of the user may give another disc the same key.
+        if trochoid != self.trochoid or not _equal(discs, self.discs):
+            return None
+        for first in np.flatnonzero(self.crank_angle == crank_angle[0]):
+            some = slice(first, first + crank_angle.size)
+            if np.array_equal(self.crank_angle[some], crank_angle):
+                return self.compliance[some]
+        return None
+
+
+class _Latest:
+    """The latest compliances, up to ``most`` bytes in all.
+
+    Diagnosis solves hundreds of reducers at the same poses: filling the compliances took two thirds of the time.
+    """
+
+    def __init__(self, most: float) -> None:
+        self.most = most
+        self._kept: deque[_Kept] = deque()
+        self._lock = Lock()
+
+    def find(self, discs: tuple[DiscCompliance, ...], trochoid: Trochoid, crank_angle: FloatArray) -> FloatArray | None:
+        """The compliance at these poses, if it is kept."""
+        with self._lock:
+            for one in self._kept:
+                found = one.at(discs, trochoid, crank_angle)
+                if found is not None:
+                    self._kept.remove(one)
+                    self._kept.append(one)
+                    return found
+        return None
+
+    def keep(self, one: _Kept) -> None:
+        """Keep one more, and forget the oldest that there is no more room for."""
+        with self._lock:
+            self._kept.append(one)
+            while sum(each.compliance.nbytes for each in self._kept) > self.most:
+                self._kept.popleft()
+
+
+_KEPT = _Latest(_KEPT_BYTES)
 
 
 def stage_displacements(discs: tuple[DiscCompliance, ...], meshing: Meshing, load: FloatArray) -> FloatArray:
@@ -222,14 +301,23 @@ def stage_displacements(discs: tuple[DiscCompliance, ...], meshing: Meshing, loa
     return found
 
 
-def compiled_discs(discs: tuple[DiscCompliance, ...]) -> tuple[FloatArray, FloatArray]:
+def displacements_by_holes(discs: tuple[DiscCompliance, ...], meshing: Meshing, load: FloatArray) -> FloatArray:
+    """The same but for what forces on the flanks move there: what bearing holes move, and are moved by."""
+    found, pins = np.empty_like(load), meshing.phase[0].size
+    compliance = stage_compliance(discs, meshing)
+    found[:, :pins] = np.einsum("pij,pj->pi", compliance[:, :pins, pins:], load[:, pins:])
+    found[:, pins:] = np.einsum("pij,pj->pi", compliance[:, pins:], load)
+    return found
+
+
+def _compiled(discs: tuple[DiscCompliance, ...]) -> tuple[FloatArray, FloatArray]:
     """Matrices and own compliances of all discs, shape (discs, …), for the compiled kernels; empty for rigid discs."""
     if not discs:
         return np.zeros((0, 0, 0)), np.zeros((0, 0))
     return np.stack([one.matrix for one in discs]), np.stack([one.own for one in discs])
 
 
-def places_on_discs(discs: tuple[DiscCompliance, ...], meshing: Meshing) -> tuple[FloatArray, FloatArray]:
+def _places(discs: tuple[DiscCompliance, ...], meshing: Meshing) -> tuple[FloatArray, FloatArray]:
     """Place of each pin on its disc in flank points, shape (poses, discs, pins), and orientation of each disc in the
     housing, shape (poses, discs) [rad].
     """

@@ -25,16 +25,23 @@ _CONVERGED, _INTERFERENCE, _NO_CONTACT, _NOT_CONVERGED, _LOST = (STATUSES.index(
 
 
 class StageBlock:
-    """Solver for one block of poses."""
+    """Solver for one block of poses; ``of_discs``, compliance of elastic discs at these poses, if it is known."""
 
     def __init__(
-        self, case: LoadCase, deviations: PartDeviations, tolerance: float, meshing: Meshing, torque: FloatArray
+        self,
+        case: LoadCase,
+        deviations: PartDeviations,
+        tolerance: float,
+        meshing: Meshing,
+        torque: FloatArray,
+        of_discs: FloatArray | None = None,
     ) -> None:
         self.case, self.deviations, self.tolerance, self.torque = case, deviations, tolerance, torque
         self.direction = np.sign(torque)
         self.meshing = meshing
         self.support = support_model(case.drive, self.meshing.crank_angle, deviations, case.width)
-        self.compliance = case.body_compliance(meshing)
+        self._of_discs = of_discs
+        self.compliance = case.body_compliance(meshing, of_discs)
         self.load = np.zeros(self.compliance.shape[:2])
 
     def solved(self, near: StagePositions | None = None, compiled: bool = False) -> LoadSharing:
@@ -77,7 +84,10 @@ class StageBlock:
             settled[settled] = self._balanced(everywhere[settled], u, seen)
         left = everywhere[~settled]
         if left.size:
-            others = StageBlock(self.case, self.deviations, self.tolerance, self.meshing.poses(left), self.torque[left])
+            of_discs = None if self._of_discs is None else self._of_discs[left]
+            others = StageBlock(
+                self.case, self.deviations, self.tolerance, self.meshing.poses(left), self.torque[left], of_discs
+            )
             how = outcome[left]
             u[left], found, history = others._searched_from(begin[left], how)
             self.load[left] = others.load
@@ -217,7 +227,7 @@ class StageBlock:
         delta = self.case.law.approach(per_disc, self.case.line_contact(np.zeros_like(per_disc)))
         return self.direction * delta / drive.trochoid.longest_lever
 
-    def _energy(self, active: IntArray, u: FloatArray, found: Gaps) -> StageEnergy:
+    def _energy(self, active: slice | IntArray, u: FloatArray, found: Gaps) -> StageEnergy:
         elastic = self.compliance[active], self.load[active]
         return StageEnergy.about(self.case, self.support.poses(active), found, u[active], self.torque[active], *elastic)
 
@@ -238,7 +248,7 @@ class StageBlock:
         seen: Gaps,
         history: Sequence[tuple[float, float]] = (),
     ) -> LoadSharing:
-        problem = self._energy(np.arange(len(u)), u, seen)
+        problem = self._energy(slice(None), u, seen)
         point = problem.at(np.zeros_like(u))
         receded = point.receded - self._supports_receded()
         sense = self.direction[:, np.newaxis, np.newaxis]

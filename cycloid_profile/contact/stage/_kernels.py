@@ -380,7 +380,9 @@ def elastic_direction(  # pragma: no cover
     for i in range(n):
         work.full[i, unknowns] = -recede[i]
     count = eliminated(problem, work, unknowns + 1)
-    right[:], hessian[:] = gradient, 0.0
+    hessian[:] = 0.0
+    for a in range(unknowns):  # the sentence on arrays of different sizes would take a second to compile
+        right[a] = gradient[a]
     for i in range(count):
         for a in range(unknowns):
             one = work.wide[i, a]

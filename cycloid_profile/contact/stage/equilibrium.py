@@ -13,7 +13,7 @@ from typing import TypeVar
 
 from cycloid_profile.arrays import ArrayLike
 from cycloid_profile.contact._blocks import over_blocks, poses_and_torques, poses_per_block
-from cycloid_profile.contact.bodies import NO_DEVIATIONS, PartDeviations
+from cycloid_profile.contact.bodies import NO_DEVIATIONS, PartDeviations, kept_compliance
 from cycloid_profile.contact.case import LoadCase
 from cycloid_profile.contact.mesh import mesh, remembered_mesh
 from cycloid_profile.contact.result import LoadSharing, StagePositions, joined
@@ -73,13 +73,15 @@ class StageEquilibrium:
         """Results of ``at`` for consecutive blocks of poses, when all poses together exceed the memory."""
         self.deviations.check(case.drive)
         phi, T = poses_and_torques(crank_angle, case.torque if torque is None else torque)
+        # Callers with a nearby equilibrium solve one reducer after another at the same poses.
+        of_discs = None if near is None else kept_compliance(case.disc_bodies, case.drive.trochoid, phi)
         compiled = phi.size * case.drive.trochoid.pins * case.drive.discs >= _MANY
 
         def solved(cut: slice) -> LoadSharing:
-            # Callers with a nearby equilibrium solve one reducer after another at the same poses.
             meshed = mesh if near is None else remembered_mesh
             meshing = meshed(case.drive.trochoid, phi[cut], case.drive.discs)
-            block = StageBlock(case, self.deviations, self.tolerance, meshing, T[cut])
+            known = None if of_discs is None else of_discs[cut]
+            block = StageBlock(case, self.deviations, self.tolerance, meshing, T[cut], known)
             return block.solved(None if near is None else near.poses(cut), compiled)
 
         forces = case.drive.discs * case.drive.trochoid.pins if case.elastic else 0

@@ -196,7 +196,8 @@ def search_start(  # pragma: no cover - compiled, out of the sight of the covera
         step[a] = 0.0
         for j in range(apart.size):
             step[a] += start.motion[at, a, j] * apart[j]
-    forces[:] = load
+    for i in range(load.size):  # as in ``elastic_direction``, a slice would take longer to compile
+        forces[i] = load[i]
     for i in range(apart.size if forces.size > 0 else 0):
         one = start.place[at, i]
         for j in range(apart.size):
