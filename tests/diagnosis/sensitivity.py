@@ -1,7 +1,7 @@
 """Sensitivity of the diagnosis to its tuned numbers: each halved and doubled, the same questions asked again.
 
-``python -m tests.diagnosis.sensitivity --help`` prints the table of docs/diagnosis-validation.md. A question is asked
-again only if its answer read the number.
+``python -m tests.diagnosis.sensitivity`` prints the table of docs/diagnosis-validation.md. A question is asked again
+only if its answer read the number.
 """
 
 from __future__ import annotations
@@ -71,17 +71,17 @@ class _Recorded(ModuleType):
 def recorded(name: str, factor: float) -> Iterator[set[str]]:
     """One number times ``factor``, and the set of those that are read meanwhile."""
     space = vars(_tuned)
-    before, read = space.get(name), set[str]()
-    space["_read"], _tuned.__class__ = read, _Recorded
-    if name:
-        space[name] = scaled(before, factor)
+    read = set[str]()
+    changed = {name: scaled(space[name], factor)} if name else {}
+    before = {one: space[one] for one in changed}
     try:
+        space["_read"], _tuned.__class__ = read, _Recorded
+        space.update(changed)
         yield read
     finally:
         _tuned.__class__ = ModuleType
-        del space["_read"]
-        if name:
-            space[name] = before
+        space.pop("_read", None)
+        space.update(before)
 
 
 def reply(question: Question, name: str = "", factor: float = 1.0) -> Reply:
@@ -125,9 +125,11 @@ def _of_json(line: str) -> Reply:
 
 
 def table(known: Sequence[Reply], names: Sequence[str]) -> str:
-    """Right answers and wrong names of all questions, with each number halved, as it is and doubled."""
+    """Right answers of all questions with each number halved, as it is and doubled; wrong: misnamed, false alarms,
+    failed.
+    """
     base = {one.seed: one.judged for one in known if not one.name}
-    lines = ["| number | value | read by | right if halved | as it is | if doubled | wrong names |", "|---" * 7 + "|"]
+    lines = ["| number | value | read by | right if halved | as it is | if doubled | wrong |", "|---" * 7 + "|"]
     for name in names:
         read = sum(name in one.read for one in known if not one.name)
         cells = []
@@ -135,7 +137,7 @@ def table(known: Sequence[Reply], names: Sequence[str]) -> str:
             other = {one.seed: one.judged for one in known if (one.name, one.factor) == (name, factor)}
             cells.append(Counter((base | other).values()))
         right = " | ".join(str(one["right"]) for one in cells)
-        wrong = ", ".join(str(one["misnamed"] + one["false alarm"]) for one in cells)
+        wrong = ", ".join(str(one["misnamed"] + one["false alarm"] + one["failed"]) for one in cells)
         value = getattr(_tuned, name)
         shown = ", ".join(f"{v:g}" for v in value.values()) if isinstance(value, Mapping) else f"{value:g}"
         lines.append(f"| `{name}` | {shown} | {read} of {len(base)} | {right} | {wrong} |")
@@ -146,7 +148,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="The diagnosis with each tuned number halved and doubled.")
     parser.add_argument("--seed", type=int, default=10_010_000)
     parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--only", nargs="*", default=None, help="names of the numbers; all if not given")
+    parser.add_argument("--only", nargs="*", choices=tuned_names(), help="names of the numbers; all if not given")
     parser.add_argument(
         "--out", type=Path, default=None, help="JSON lines, one an answer; those in it are not repeated"
     )

@@ -51,7 +51,7 @@ class DiscCompliance(Described):
     the mean motion of the bearing holes. ``own`` shape (flank points,): recession of each point under its own force,
     beyond what the contact law counts down to the depth of the pin radius [mm/N]. The flank points lie at equal steps
     of phase, ``per_lobe`` a lobe, the first in the root of lobe 0. ``sectors``, number of turns about the centre, the
-    whole one included, that change nothing. Discs of equal ``key`` are equal.
+    whole one included, that change nothing. Discs of equal ``key`` compare as equal.
     """
 
     key: str
@@ -302,11 +302,16 @@ def stage_displacements(discs: tuple[DiscCompliance, ...], meshing: Meshing, loa
 
 
 def displacements_by_holes(discs: tuple[DiscCompliance, ...], meshing: Meshing, load: FloatArray) -> FloatArray:
-    """The same but for what forces on the flanks move there: what bearing holes move, and are moved by."""
+    """``stage_displacements`` without those of flanks under forces on flanks, shape (poses, forces) [mm].
+
+    What remains is what bearing holes move, and what forces on them move.
+    """
     found, pins = np.empty_like(load), meshing.phase[0].size
-    compliance = stage_compliance(discs, meshing)
-    found[:, :pins] = np.einsum("pij,pj->pi", compliance[:, :pins, pins:], load[:, pins:])
-    found[:, pins:] = np.einsum("pij,pj->pi", compliance[:, pins:], load)
+    for first in range(0, len(load), _POSES_AT_ONCE):
+        some = slice(first, first + _POSES_AT_ONCE)
+        compliance = stage_compliance(discs, meshing.poses(some))
+        found[some, :pins] = np.einsum("pij,pj->pi", compliance[:, :pins, pins:], load[some, pins:])
+        found[some, pins:] = np.einsum("pij,pj->pi", compliance[:, pins:], load[some])
     return found
 
 

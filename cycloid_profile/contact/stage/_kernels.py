@@ -381,7 +381,7 @@ def elastic_direction(  # pragma: no cover
         work.full[i, unknowns] = -recede[i]
     count = eliminated(problem, work, unknowns + 1)
     hessian[:] = 0.0
-    for a in range(unknowns):  # the sentence on arrays of different sizes would take a second to compile
+    for a in range(unknowns):  # a slice takes a second more to compile: its error names sizes
         right[a] = gradient[a]
     for i in range(count):
         for a in range(unknowns):
