@@ -270,9 +270,11 @@ def test_rows_of_a_loop_near_zero_on_the_stage_may_touch_either_flank():
     margin = 0.05 * 412.0 + 0.25 * 60.0
     near = np.flatnonzero(np.abs(torque) < margin)
     assert 0 < near.size < torque.size
-    twist = np.ptp(one.first_order.prediction.on_last_flank)
+    angle = one.first_order.prediction.on_last_flank
+    forwards, backwards = (np.median(angle[near[sign * torque[near] > 0.0]]) for sign in (1.0, -1.0))
+    assert 0.0 < forwards - backwards < 0.5 * np.ptp(angle)
     wanted = np.zeros((torque.size, near.size))
-    wanted[near, np.arange(near.size)] = twist * (1.0 - np.abs(torque[near]) / margin)
+    wanted[near, np.arange(near.size)] = (forwards - backwards) * (1.0 - np.abs(torque[near]) / margin)
     np.testing.assert_allclose(one.row_error, wanted, rtol=1e-9)
     assert loop.row_error.shape == (loop.residual.size, 0)
 

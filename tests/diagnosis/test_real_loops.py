@@ -32,6 +32,6 @@ def test_friction_and_a_compliance_or_play_are_named(name: str) -> None:
     closed = 1.0 - gap.held_out_after / gap.held_out_before
     assert closed > 0.65  # by friction and a softening compliance alone
     if name == "play_initial.csv" and closed < CLOSED[name]:
-        # On some processors, with one thread, the search does not meet the set with a third effect.
-        pytest.xfail(f"rounding decides between two sets: one closes 77 %, friction and softening {closed:.0%}")
+        # The misfit jumps where friction crosses the torque of a row: the search may not meet a third effect.
+        pytest.xfail(f"rounding decides between two sets: one closes 79 %, friction and a compliance {closed:.0%}")
     assert closed > CLOSED[name]

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
+from cycloid_profile.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from cycloid_profile.contact.bodies import DiscCompliance, displacements_by_holes, stage_displacements
 from cycloid_profile.contact.mesh import Meshing
 from cycloid_profile.contact.stage import LoadedContacts
@@ -195,14 +195,25 @@ def branch_error(
 def row_error(reducer: AsBuiltReducer, curve: LinearisedCurve, recording: Recording) -> FloatArray:
     """One column for each row of a loop so close to zero torque on the stage that either flank may touch.
 
-    The width at zero is the whole twist; shape (rows, such rows). Two files have nothing of this error in common.
+    The width at zero is the step between the flanks; shape (rows, such rows). Two files have nothing of this error in
+    common.
     """
     if recording.kind is not HYSTERESIS:
         return np.zeros((recording.rows.size, 0))
     peak = float(np.max(np.abs(recording.measurement["torque_nm"]))) * NEWTON_METRE
     margin = NEAR_ZERO * peak + FRICTION_MARGIN * reducer.coulomb_torque
     near = np.maximum(1.0 - np.abs(curve.prediction.terms[0].through) / margin, 0.0)
-    return _whole_twist(curve) * np.diag(near)[:, near > 0.0]
+    return _between_flanks(curve, near > 0.0) * np.diag(near)[:, near > 0.0]
+
+
+def _between_flanks(curve: LinearisedCurve, near: BoolArray) -> float:
+    """Step of the twist between rows ``near`` zero torque on either flank; the whole twist where one flank has none."""
+    angle, through = curve.prediction.on_last_flank, curve.prediction.terms[0].through
+    seen = near & np.isfinite(angle)
+    first, second = (angle[seen & (through >= 0.0)], angle[seen & (through < 0.0)])
+    if not (first.size and second.size):
+        return _whole_twist(curve)
+    return abs(float(np.median(first) - np.median(second)))
 
 
 def _whole_twist(curve: LinearisedCurve) -> float:
