@@ -88,13 +88,13 @@ class LoadCase:
         """Whether discs or supports give way beyond contacts and bearings."""
         return bool(self.disc_bodies or self.supports)
 
-    def body_compliance(self, meshing: Meshing, of_discs: FloatArray | None = None) -> FloatArray:
+    def body_compliance(self, meshing: Meshing) -> FloatArray:
         """Compliance of discs and supports between all forces of a stage, shape (poses, forces, forces) [mm/N].
 
-        Order of the forces as in ``stage_compliance``; without forces where nothing is elastic. ``of_discs``: that of
-        the discs, if it is known. The array may be that of other calls, too: do not write into it.
+        Order of the forces as in ``stage_compliance``; without forces where nothing is elastic. The array may be that
+        of other calls, too: do not write into it.
         """
-        found = stage_compliance(self.disc_bodies, meshing) if of_discs is None else of_discs
+        found = stage_compliance(self.disc_bodies, meshing)
         for one in self.supports.matrices(self.drive, meshing).values():
             found = found + one if found.size else one
         return found

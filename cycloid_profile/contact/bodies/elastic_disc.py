@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections import deque
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -295,9 +296,8 @@ def stage_displacements(discs: tuple[DiscCompliance, ...], meshing: Meshing, loa
     Order of the forces as in ``stage_compliance``.
     """
     found = np.empty_like(load)
-    for first in range(0, len(load), _POSES_AT_ONCE):
-        some = slice(first, first + _POSES_AT_ONCE)
-        found[some] = np.einsum("pij,pj->pi", stage_compliance(discs, meshing.poses(some)), load[some])
+    for some, compliance in _in_parts(discs, meshing):
+        found[some] = np.einsum("pij,pj->pi", compliance, load[some])
     return found
 
 
@@ -307,18 +307,21 @@ def displacements_by_holes(discs: tuple[DiscCompliance, ...], meshing: Meshing, 
     What remains is what bearing holes move, and what forces on them move.
     """
     found, pins = np.empty_like(load), meshing.phase[0].size
-    for first in range(0, len(load), _POSES_AT_ONCE):
-        some = slice(first, first + _POSES_AT_ONCE)
-        compliance = stage_compliance(discs, meshing.poses(some))
+    for some, compliance in _in_parts(discs, meshing):
         found[some, :pins] = np.einsum("pij,pj->pi", compliance[:, :pins, pins:], load[some, pins:])
         found[some, pins:] = np.einsum("pij,pj->pi", compliance[:, pins:], load[some])
     return found
 
 
+def _in_parts(discs: tuple[DiscCompliance, ...], meshing: Meshing) -> Iterator[tuple[slice, FloatArray]]:
+    """``stage_compliance`` of a few poses at a time, with their place."""
+    for first in range(0, len(meshing.phase), _POSES_AT_ONCE):
+        some = slice(first, first + _POSES_AT_ONCE)
+        yield some, stage_compliance(discs, meshing.poses(some))
+
+
 def _compiled(discs: tuple[DiscCompliance, ...]) -> tuple[FloatArray, FloatArray]:
-    """Matrices and own compliances of all discs, shape (discs, …), for the compiled kernels; empty for rigid discs."""
-    if not discs:
-        return np.zeros((0, 0, 0)), np.zeros((0, 0))
+    """Matrices and own compliances of all discs, shape (discs, …), for the compiled kernels."""
     return np.stack([one.matrix for one in discs]), np.stack([one.own for one in discs])
 
 
@@ -326,8 +329,7 @@ def _places(discs: tuple[DiscCompliance, ...], meshing: Meshing) -> tuple[FloatA
     """Place of each pin on its disc in flank points, shape (poses, discs, pins), and orientation of each disc in the
     housing, shape (poses, discs) [rad].
     """
-    per_lobe = discs[0].per_lobe if discs else 1
-    along = per_lobe * (meshing.phase / (2.0 * math.pi) + meshing.lobe)
+    along = discs[0].per_lobe * (meshing.phase / (2.0 * math.pi) + meshing.lobe)
     return along, -meshing.crank_angle / meshing.trochoid.lobes
 
 

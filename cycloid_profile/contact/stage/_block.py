@@ -25,7 +25,7 @@ _CONVERGED, _INTERFERENCE, _NO_CONTACT, _NOT_CONVERGED, _LOST = (STATUSES.index(
 
 
 class StageBlock:
-    """Solver for one block of poses; ``of_discs``, compliance of elastic discs at these poses, if it is known."""
+    """Solver for one block of poses; ``compliance`` of the bodies at these poses, if it is known."""
 
     def __init__(
         self,
@@ -34,14 +34,13 @@ class StageBlock:
         tolerance: float,
         meshing: Meshing,
         torque: FloatArray,
-        of_discs: FloatArray | None = None,
+        compliance: FloatArray | None = None,
     ) -> None:
         self.case, self.deviations, self.tolerance, self.torque = case, deviations, tolerance, torque
         self.direction = np.sign(torque)
         self.meshing = meshing
         self.support = support_model(case.drive, self.meshing.crank_angle, deviations, case.width)
-        self._of_discs = of_discs
-        self.compliance = case.body_compliance(meshing, of_discs)
+        self.compliance = case.body_compliance(meshing) if compliance is None else compliance
         self.load = np.zeros(self.compliance.shape[:2])
 
     def solved(self, near: StagePositions | None = None, compiled: bool = False) -> LoadSharing:
@@ -84,9 +83,13 @@ class StageBlock:
             settled[settled] = self._balanced(everywhere[settled], u, seen)
         left = everywhere[~settled]
         if left.size:
-            of_discs = None if self._of_discs is None else self._of_discs[left]
             others = StageBlock(
-                self.case, self.deviations, self.tolerance, self.meshing.poses(left), self.torque[left], of_discs
+                self.case,
+                self.deviations,
+                self.tolerance,
+                self.meshing.poses(left),
+                self.torque[left],
+                self.compliance[left],
             )
             how = outcome[left]
             u[left], found, history = others._searched_from(begin[left], how)

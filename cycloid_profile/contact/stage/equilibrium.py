@@ -74,14 +74,14 @@ class StageEquilibrium:
         self.deviations.check(case.drive)
         phi, T = poses_and_torques(crank_angle, case.torque if torque is None else torque)
         # Callers with a nearby equilibrium solve one reducer after another at the same poses.
-        of_discs = None if near is None else kept_compliance(case.disc_bodies, case.drive.trochoid, phi)
+        if near is not None:
+            kept_compliance(case.disc_bodies, case.drive.trochoid, phi)
         compiled = phi.size * case.drive.trochoid.pins * case.drive.discs >= _MANY
 
         def solved(cut: slice) -> LoadSharing:
             meshed = mesh if near is None else remembered_mesh
             meshing = meshed(case.drive.trochoid, phi[cut], case.drive.discs)
-            known = None if of_discs is None else of_discs[cut]
-            block = StageBlock(case, self.deviations, self.tolerance, meshing, T[cut], known)
+            block = StageBlock(case, self.deviations, self.tolerance, meshing, T[cut])
             return block.solved(None if near is None else near.poses(cut), compiled)
 
         forces = case.drive.discs * case.drive.trochoid.pins if case.elastic else 0
