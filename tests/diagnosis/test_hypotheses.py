@@ -148,8 +148,11 @@ def test_optimum_names_what_is_certain_and_what_is_implausible():
     oval, pitch = some("disc_oval", "cumulative_pitch_error", disc=1)
     best = replace(best_of([oval, pitch], [1.0, 0.0, 0.1, 0.2]), covariance=np.diag([0.04, 0.04, 0.09, 0.01]))
     # 5 standard deviations, and along (1, 2)/√5 a standard deviation of √(0.09 + 4·0.01)/√5 = 0.161: 1.39 of them.
-    assert best.determined == (oval,)
-    np.testing.assert_array_equal(best.determined_part, [1.0, 0.0])
+    assert best.determined == [0]
+    members, u = best.part([0])
+    assert members == (oval,)
+    np.testing.assert_array_equal(u, [1.0, 0.0])
+    assert best.part([])[1].shape == (0,)
     assert not best.implausible
     assert replace(best, u=np.array([0.0, 0.0, 2.5, 2.5])).implausible
     assert best.remaining_member([pitch]) is oval

@@ -165,6 +165,14 @@ def test_proposals_are_the_best_sets_of_every_move():
             where = [2 * i + c for i in places for c in (0, 1)]
             A = np.eye(len(where)) + R[np.ix_(where, where)]
             np.testing.assert_allclose(one.start, np.linalg.solve(A, (R @ truth)[where]), rtol=1e-9, atol=1e-12)
+        # Or with the base where it is, and no slope along the others.
+        for one in linear_proposals(linear, known, best, (0,), keep=True):
+            places = known.places(one.members)
+            where = [2 * i + c for i in places for c in (0, 1)]
+            slope = (R @ truth)[where] - (np.eye(len(where)) + R[np.ix_(where, where)]) @ one.start
+            kept = np.repeat(np.isin(places, base), 2)
+            np.testing.assert_allclose(one.start[kept], 0.1)
+            np.testing.assert_allclose(slope[~kept], 0.0, atol=1e-9)
     np.testing.assert_allclose(known.priors, log_priors(members, 2))
 
 

@@ -30,6 +30,7 @@ from cycloid_profile.rig import (
     predict_curve,
     register_scan,
 )
+from cycloid_profile.rig.hysteresis import UNLOADED_SHARE
 from cycloid_profile.units import DEGREE, UM
 
 # Accuracy of the simulation in the unit of the column: docs/diagnosis.md, "Accuracy of the simulation".
@@ -42,7 +43,7 @@ SIMULATION_ACCURACY = {
 # Rows of a loop with less than this share of its largest torque on the stage are omitted: it may touch either flank.
 NEAR_ZERO = 0.05
 FRICTION_MARGIN = 0.25  # of friction, which a loop shows to this share: the limit above is raised by it
-_MIDDLE = 0.3  # share of the largest torque within which the branches are compared
+_MIDDLE, _ANGLES = 0.3, 41  # share of the range of angles, and angles in it, at which the branches are compared
 # Share of the largest torque after a reversal that is omitted: the friction law at reversals is uncertain.
 NEAR_TURN = 0.05
 # Held-out rows come in blocks, so that correlated noise does not reach them from fitted rows.
@@ -107,6 +108,12 @@ class Recording:
     def peak_torque_nm(self) -> float:
         """Largest torque of a loop, 0 of other files."""
         return float(np.max(np.abs(self.measurement["torque_nm"]))) if self.kind is HYSTERESIS else 0.0
+
+    @property
+    def shown_friction_nm(self) -> float:
+        """Friction torque that opens a loop clearly, beyond what counts as zero torque; 0 of others."""
+        friction = _friction(self.measurement) if self.kind is HYSTERESIS else 0.0
+        return friction if friction > NEAR_ZERO * self.peak_torque_nm else 0.0
 
     @property
     def accuracy(self) -> float:
@@ -261,12 +268,15 @@ def averaged_scan(measurement: Measurement, placed: RegisteredScan, rows: IntArr
 
 def _usable_rows(measurement: Measurement) -> BoolArray:
     """Rows of a loop whose stage is loaded and away from reversals, where friction changes sign."""
-    torque, angle = measurement["torque_nm"], measurement["angle_arcmin"]
-    direction = np.sign(np.diff(torque, prepend=torque[0]))
-    peak, friction = float(np.max(np.abs(torque))), _friction(torque, angle, direction)
+    torque, friction = measurement["torque_nm"], _friction(measurement)
+    peak = float(np.max(np.abs(torque)))
     transmitted = transmitted_torque(torque, friction, 0.0, preceding_sign(measurement))
-    near = torque_since_reversal(torque, direction) < NEAR_TURN * peak
+    near = torque_since_reversal(torque, _direction(torque)) < NEAR_TURN * peak
     return (np.abs(transmitted) >= NEAR_ZERO * peak + FRICTION_MARGIN * friction) & ~near
+
+
+def _direction(torque: FloatArray) -> FloatArray:
+    return np.asarray(np.sign(np.diff(torque, prepend=torque[0])))
 
 
 def torque_since_reversal(torque: FloatArray, direction: FloatArray) -> FloatArray:
@@ -279,18 +289,24 @@ def torque_since_reversal(torque: FloatArray, direction: FloatArray) -> FloatArr
     return passed
 
 
-def _friction(torque: FloatArray, angle: FloatArray, direction: FloatArray) -> float:
-    """Friction torque: half the torque between the branches in the middle of the loop; 0 for one branch."""
-    middle = np.abs(torque) < _MIDDLE * float(np.max(np.abs(torque)))
-    up, down = ((direction == sign) & middle for sign in (1.0, -1.0))
-    if np.count_nonzero(up) < 2 or np.count_nonzero(down) < 2:
-        return 0.0
-    order = np.argsort(angle[up], kind="stable")
-    both = down & (angle >= angle[up][order[0]]) & (angle <= angle[up][order[-1]])
-    if not np.any(both):
-        return 0.0
-    risen = np.interp(angle[both], angle[up][order], torque[up][order])
-    return max(0.5 * float(np.median(risen - torque[both])), 0.0)
+def _friction(measurement: Measurement) -> float:
+    """Friction torque: half the torque between the branches in the middle of the angles; 0 for one branch."""
+    torque, angle = measurement["torque_nm"], measurement["angle_arcmin"]
+    # Without torque either flank may touch: such a row is on the one of the branch before.
+    direction = np.where(np.abs(torque) > UNLOADED_SHARE * np.max(np.abs(torque)), _direction(torque), 0.0)
+    at = 0.5 * (np.max(angle) + np.min(angle)) + 0.5 * np.ptp(angle) * np.linspace(-_MIDDLE, _MIDDLE, _ANGLES)
+    up, down = (_torque_at(at, torque[direction == sign], angle[direction == sign]) for sign in (1.0, -1.0))
+    between = up - down
+    known = np.isfinite(between)
+    return max(0.5 * float(np.median(between[known])), 0.0) if np.any(known) else 0.0
+
+
+def _torque_at(at: FloatArray, torque: FloatArray, angle: FloatArray) -> FloatArray:
+    """Torque of a branch at some angles, linear between rows: across play, too; NaN beyond the branch."""
+    if torque.size < 2:
+        return np.full(at.size, np.nan)
+    order = np.argsort(angle, kind="stable")
+    return np.asarray(np.interp(at, angle[order], torque[order], left=np.nan, right=np.nan))
 
 
 def _curve_recording(reducer: AsBuiltReducer, measurement: Measurement) -> Recording:

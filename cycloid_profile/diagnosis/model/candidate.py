@@ -123,6 +123,11 @@ class Candidate:
         return self.kind.location is EffectLocation.RING or self.choice.get("disc", 0) is None
 
     @property
+    def is_friction_torque(self) -> bool:
+        """Whether its size is a torque of friction, which opens a loop as wide at all torques."""
+        return self.kind.location is EffectLocation.FRICTION and self.size == "torque_nm"
+
+    @property
     def variety(self) -> Variety:
         """Name, whether it is a change, whether all discs have the effect, flank and form: candidates that differ in
         these differ to first order.

@@ -91,17 +91,10 @@ class Optimum:
         return replace(self, u=u)
 
     @property
-    def determined(self) -> tuple[Candidate, ...]:
-        """Members whose size is clearly not zero: another member only lends the error of its form."""
-        return tuple(self.members[i] for i in self._determined)
-
-    @property
-    def determined_part(self) -> FloatArray:
-        """Coordinates of ``determined``, shape (2·determined,)."""
-        return np.concatenate([np.zeros(0), *(self.u[self._own(i)] for i in self._determined)])
-
-    @property
-    def _determined(self) -> list[int]:
+    def determined(self) -> list[int]:
+        """Numbers of the members whose size is clearly not zero in linear equations: another only lends the error of
+        its form.
+        """
         found = []
         for i in range(len(self.members)):
             u, covariance = self.u[self._own(i)], self.covariance[self._own(i), self._own(i)]
@@ -109,6 +102,11 @@ class Optimum:
             if float(u @ u) ** 2 >= tuned.DETERMINED**2 * variance:
                 found.append(i)
         return found
+
+    def part(self, numbers: Sequence[int]) -> tuple[tuple[Candidate, ...], FloatArray]:
+        """Some of the members, and their coordinates, shape (2·numbers,)."""
+        u = np.concatenate([np.zeros(0), *(self.u[self._own(i)] for i in numbers)])
+        return tuple(self.members[i] for i in numbers), u
 
     @property
     def implausible(self) -> bool:

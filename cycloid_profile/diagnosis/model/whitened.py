@@ -185,6 +185,12 @@ class NormalEquations:
         grown = float(2.0 * u @ self.b[where] + u @ self.R[np.ix_(where, where)] @ u)
         return replace(self, b=self.b + self.R[:, where] @ u, chi2=self.chi2 + grown)
 
+    def at_rest(self, members: Sequence[int], u: FloatArray) -> NormalEquations:
+        """Equations at coordinates ``u`` of ``members``, without a slope along them but that of their priors."""
+        b = self.b.copy()
+        b[coordinates(members)] = u
+        return replace(self, b=b)
+
     def plus(self, more: NormalEquations) -> NormalEquations:
         """Sum with the equations of other recordings and the same candidates."""
         return NormalEquations(

@@ -24,7 +24,7 @@ from cycloid_profile.diagnosis.model.evidence import (
     scores,
 )
 from cycloid_profile.diagnosis.model.optimum import Optimum
-from cycloid_profile.diagnosis.model.whitened import NormalEquations
+from cycloid_profile.diagnosis.model.whitened import NormalEquations, coordinates
 
 _LEADING = 24  # effects whose pairs are scored with all others
 
@@ -52,19 +52,34 @@ class Move:
 
 
 def linear_proposals(
-    equations: NormalEquations, library: Library, optimum: Optimum, offsets: tuple[int, ...]
+    equations: NormalEquations, library: Library, optimum: Optimum, offsets: tuple[int, ...], keep: bool = False
 ) -> list[Proposal]:
     """Best sets of each move about an optimum, most promising first.
 
-    ``equations`` of the whole library, linearised about the optimum and referred to zero.
+    ``equations`` of the whole library, linearised about the optimum and referred to zero. ``keep``: start with the
+    members of the optimum where they are, and the others estimated next to them.
     """
     base = library.places(optimum.members)
     scored = {one for move in _moves(equations, library, base) for one in _best(equations, library, move)}
-    level = _level(equations, library, optimum)
+    level, kept = _level(equations, library, optimum), coordinates(base if keep else [])
+    u = np.zeros(equations.b.size)
+    u[kept] = optimum.u[: kept.size]
     return [
-        Proposal(library.members(one.members), estimate(equations, one.members)[0], offsets, level + one.log_evidence)
+        Proposal(library.members(one.members), _start(equations, one, u, kept), offsets, level + one.log_evidence)
         for one in sorted(scored, key=lambda s: -s.log_evidence)
     ]
+
+
+def _start(equations: NormalEquations, scored: Scored, u: FloatArray, kept: IntArray) -> FloatArray:
+    """Coordinates of a set: ``kept`` ones as in ``u``, coordinates of the whole library, the others estimated."""
+    where = coordinates(scored.members)
+    own = where[~np.isin(where, kept)]
+    given = where[np.isin(where, kept)]
+    left = equations.b[own] - equations.R[np.ix_(own, given)] @ u[given]
+    found = u.copy()
+    found[own] = np.linalg.solve(np.eye(own.size) + equations.R[np.ix_(own, own)], left)
+    chosen: FloatArray = found[where]
+    return chosen
 
 
 def shapes_between(

@@ -186,20 +186,24 @@ def _responses(
     model: ExactModel, tried: Iterable[_Directed], offsets: tuple[int, ...]
 ) -> Iterator[tuple[float, Proposal]]:
     """Each candidate at that of the trial sizes where a multiple of its response explains most, with the reduction of
-    chi² by that multiple. A linear response in the right direction needs no further trial.
+    chi² by that multiple. A linear response in the right direction needs no further trial. Friction starts at what the
+    loops show of it: a stage that sticks throughout has no other response, and explains as much by its error.
     """
     blocks = model.baseline.blocks
+    shown = max((one.shown_friction_nm for one in model.recordings), default=0.0)
     for candidate, direction in ((one.candidate, one.direction) for one in tried):
         best, start = 0.0, direction
         both = not candidate.one_sided and candidate.angle is None
-        for u in [sign * size * direction for size in _SIZES for sign in ((1.0, -1.0) if both else (1.0,))]:
+        known = shown / candidate.width if candidate.is_friction_torque else 0.0
+        sizes = (known,) if known else _SIZES
+        for u in [sign * size * direction for size in sizes for sign in ((1.0, -1.0) if both else (1.0,))]:
             state = model.state([candidate], u)
             if state is None:
                 continue
             response = change_of_predictions(model.baseline, state)[:, np.newaxis]
             drop, (amount,) = chi2_reduction(blocks, response)
             if amount > 0.0 and drop > best:
-                best, start = drop, np.clip(amount, _LEAST, _MOST) * u
+                best, start = drop, u if known else np.clip(amount, _LEAST, _MOST) * u
             if amount > 0.0 and _is_linear(blocks, response, candidate, u):
                 break
         if best > 0.0:

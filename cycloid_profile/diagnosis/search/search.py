@@ -19,6 +19,7 @@ from cycloid_profile.diagnosis.model.evidence import Library, estimate, linear_e
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
 from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
 from cycloid_profile.diagnosis.model.whitened import NormalEquations, normal_equations
+from cycloid_profile.diagnosis.search._determined import determined
 from cycloid_profile.diagnosis.search._proposals import Proposal, linear_proposals, shapes_between
 from cycloid_profile.diagnosis.search._second_order import second_order
 from cycloid_profile.diagnosis.search._starts import moved_nearby, of_finite_size
@@ -142,9 +143,14 @@ def empty_fit(model: ExactModel) -> Fit:
 
 
 def equations_about(model: ExactModel, library: Library, optimum: Optimum) -> NormalEquations:
-    """Equations of the library, linearised about an optimum and referred to zero."""
+    """Equations of the library, linearised about an optimum and referred to zero.
+
+    Its members are estimated where they are: a misfit that jumps, where friction moves a row to the other flank, has
+    its least value where linear equations show a slope.
+    """
+    members = library.places(optimum.members)
     equations = normal_equations(model.at(optimum).blocks, library.candidates)
-    return equations.about(library.places(optimum.members), optimum.u)
+    return equations.at_rest(members, optimum.u).about(members, optimum.u)
 
 
 class _Stage:
@@ -246,10 +252,12 @@ class _Stage:
         for i in range(len(fit.optimum.members)):
             members = (*fit.optimum.members[:i], *fit.optimum.members[i + 1 :])
             key, start = (frozenset(members), fit.offsets), np.delete(fit.optimum.u, [2 * i, 2 * i + 1])
-            optimum = self.model(fit.offsets).optimum(Attempt(members, start), self.library.prior(members))
+            model = self.model(fit.offsets)
+            optimum = model.optimum(Attempt(members, start), self.library.prior(members))
             known = self._fits.get(key)
-            sound = optimum is not None and not optimum.implausible and len(optimum.determined) == len(members)
-            if optimum is not None and sound and (known is None or optimum.misfit < known.optimum.misfit):
+            if optimum is None or optimum.implausible or len(determined(model, optimum)) < len(members):
+                optimum = None
+            if optimum is not None and (known is None or optimum.misfit < known.optimum.misfit):
                 known = self._fits[key] = Fit(optimum, fit.offsets)
             if known is not None:
                 found.append(known)
@@ -261,15 +269,25 @@ class _Stage:
         return self._best_of(self.ranked, self._beam)
 
     def _open(self, done: Set[Key]) -> list[Fit]:
-        """Sets whose neighbours are fitted next, but for ``done`` ones: some of the best single effects, then the beam.
+        """Sets whose neighbours are fitted next, but for ``done`` ones: friction, some of the best single effects, then
+        the beam.
 
-        The best first effect of two is often not the best alone.
+        The best first effect of two is often not the best alone. Friction that loops show is there, even if others
+        explain more alone: these have the sizes of a loop without friction.
         """
         most = self._beam // 2
         single = self._best_of([one for one in self.ranked if len(one.optimum.members) == 1], most)
         left = max(most - sum(len(members) == 1 for members, _ in done), 0)
         first = [one for one in single if one.key not in done][:left]
-        return [*first, *(one for one in self.leading if one.key not in done)]
+        return [one for one in [*self._shown_friction, *first, *self.leading] if one.key not in done]
+
+    @property
+    def _shown_friction(self) -> list[Fit]:
+        """The best set of friction alone, if loops show some."""
+        if not any(one.shown_friction_nm for one in self._first.recordings):
+            return []
+        alone = [one for one in self.ranked if {c.is_friction_torque for c in one.optimum.members} == {True}]
+        return alone[:1]
 
     def _best_of(self, ranked: Sequence[Fit], most: int) -> list[Fit]:
         """At most ``most`` sets of different kinds, not far below the first, each clearly better than its subsets."""
@@ -340,10 +358,10 @@ class _Stage:
             optimum = self.model(one.offsets).optimum(attempt, self.library.prior(one.members))
             if optimum is None or optimum.implausible:
                 continue
-            rest = optimum.determined
+            rest, u = optimum.part(determined(self.model(one.offsets), optimum))
             if len(rest) < len(one.members):
                 if rest and (frozenset(rest), one.offsets) not in self._fits:
-                    waiting.append(Proposal(rest, optimum.determined_part, one.offsets))
+                    waiting.append(Proposal(rest, u, one.offsets))
                 continue
             known = self._fits.get(key)
             if known is None or optimum.log_evidence > known.optimum.log_evidence:
@@ -384,7 +402,7 @@ class _Stage:
         """Sets that linear equations propose about an optimum, and those that only responses of finite size show."""
         library = self.library
         equations = equations_about(model, library, fit.optimum)
-        found = linear_proposals(equations, library, fit.optimum, fit.offsets)
+        found = linear_proposals(equations, library, fit.optimum, fit.offsets, keep=model.only_loops)
         if not model.is_comparison:
             found += shapes_between(equations, library, fit.optimum, fit.offsets)
             found.sort(key=lambda one: -one.promised)

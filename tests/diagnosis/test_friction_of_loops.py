@@ -1,0 +1,104 @@
+"""Friction that loops of soft reducers with play show before any effect is fitted, and members that it hides."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from cycloid_profile.design import as_built_reducer
+from cycloid_profile.diagnosis.data.recording import Recording, record
+from cycloid_profile.diagnosis.model.candidate import Candidate, candidates
+from cycloid_profile.diagnosis.model.evidence import Library, estimate
+from cycloid_profile.diagnosis.model.exact_model import ExactModel
+from cycloid_profile.diagnosis.model.optimum import Attempt
+from cycloid_profile.diagnosis.search._determined import _whole_response, determined
+from cycloid_profile.diagnosis.search._starts import of_finite_size
+from cycloid_profile.diagnosis.search.search import empty_fit, equations_about
+from cycloid_profile.effects import AsBuiltReducer
+from cycloid_profile.measurement import parse_measurement, read_measurement
+from cycloid_profile.spec import read_spec
+from tests.diagnosis.test_real_loops import FOLDER
+
+
+@cache
+def printed() -> AsBuiltReducer:
+    return as_built_reducer(read_spec(FOLDER / "spec.toml"))
+
+
+@cache
+def library() -> Library:
+    return Library(candidates(printed(), frozenset(), True), 2)
+
+
+@cache
+def measured() -> ExactModel:
+    return ExactModel(printed(), [record(printed(), read_measurement(FOLDER / "play_initial.csv"))])
+
+
+def one(name: str) -> Candidate:
+    return next(c for c in library().candidates if c.name == name)
+
+
+def loop_of_play(friction: float, play: float = 30.0) -> Recording:
+    """A loop up to ±5 N·m: a slider that holds ``friction`` [N·m], a spring of 2′ per N·m behind it, and ``play`` [′]."""
+    torque = np.concatenate([np.linspace(0.0, 5.0, 50), np.linspace(5.0, -5.0, 100), np.linspace(-5.0, 5.0, 100)])
+    angle, now = [], -friction
+    for applied in torque:
+        now = min(max(now, applied - friction), applied + friction)
+        angle.append(2.0 * now + np.sign(now) * play)
+    rows = [f"{T:.6f},{a:.6f}" for T, a in zip(torque, angle, strict=True)]
+    head = ["# format: cycloid-profile measurement 1", "# kind: hysteresis", "# output_angle_deg: 0", "# input: locked"]
+    text = "\n".join([*head, "torque_nm,angle_arcmin", *rows]) + "\n"
+    return record(printed(), parse_measurement(text, "loop.csv"))
+
+
+@pytest.mark.parametrize("play", [0.0, 30.0])
+def test_a_loop_shows_its_friction_however_much_play_it_has(play: float) -> None:
+    assert loop_of_play(2.0, play).shown_friction_nm == pytest.approx(2.0, rel=0.03)
+    # Below a twentieth of the largest torque it is not clear.
+    assert loop_of_play(0.1, play).shown_friction_nm == 0.0
+
+
+def test_rows_in_the_play_are_not_compared() -> None:
+    used = loop_of_play(2.0)
+    angle = used.measurement["angle_arcmin"][used.rows]
+    # |M| below 0.05 · 5 + 0.25 · 2 = 0.75 N·m, or 31.5′, may lie on either flank.
+    assert np.min(np.abs(angle)) > 31.4
+
+
+def test_friction_that_holds_a_stiff_stage_is_determined_by_its_whole_response() -> None:
+    friction = one("coulomb_friction")
+    found = measured().optimum(Attempt((friction,), np.array([0.66, 0.0])), 0.0)
+    assert found is not None
+    assert measured().baseline.misfit - found.misfit > 100.0
+    assert found.determined == []
+    assert determined(measured(), found) == [0]
+
+
+def test_two_effects_of_one_response_determine_neither() -> None:
+    pair = (one("equidistant_error"), one("pin_radius_error"))
+    both = measured().optimum(Attempt(pair, np.array([0.3, 0.0, 0.3, 0.0]), steps=0), 0.0)
+    alone = measured().optimum(Attempt(pair[:1], np.array([0.3, 0.0]), steps=0), 0.0)
+    assert both is not None and alone is not None
+    assert _whole_response(measured(), both, 0) < 0.1 * _whole_response(measured(), alone, 0)
+
+
+def test_friction_starts_at_what_the_loop_shows() -> None:
+    shown = measured().recordings[0].shown_friction_nm
+    friction = one("coulomb_friction")
+    known = Library((friction,), 2)
+    equations = equations_about(measured(), known, empty_fit(measured()).optimum)
+    (start,) = of_finite_size(measured(), known, equations, (0,))
+    assert start.members == (friction,)
+    assert start.start[0] * friction.width == pytest.approx(shown)
+
+
+def test_equations_leave_the_members_of_an_optimum_where_they_are() -> None:
+    friction, spring = one("coulomb_friction"), one("series_compliance")
+    # Not an optimum of linear equations: a fit that a jump of the misfit ends is none either.
+    there = measured().optimum(Attempt((friction,), np.array([0.5, 0.0]), steps=0), 0.0)
+    assert there is not None
+    equations = equations_about(measured(), Library((friction, spring), 2), there)
+    np.testing.assert_allclose(estimate(equations, [0])[0], there.u, atol=1e-9)
