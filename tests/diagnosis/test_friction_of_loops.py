@@ -42,7 +42,7 @@ def one(name: str) -> Candidate:
 
 
 def loop_of_play(friction: float, play: float = 30.0) -> Recording:
-    """A loop up to ±5 N·m: a slider that holds ``friction`` [N·m], a spring of 2′ per N·m behind it, and ``play`` [′]."""
+    """A loop up to ±5 N·m: a slider of ``friction`` [N·m], a spring of 2′ per N·m behind it, and ``play`` [′]."""
     torque = np.concatenate([np.linspace(0.0, 5.0, 50), np.linspace(5.0, -5.0, 100), np.linspace(-5.0, 5.0, 100)])
     angle, now = [], -friction
     for applied in torque:
@@ -81,7 +81,8 @@ def test_two_effects_of_one_response_determine_neither() -> None:
     pair = (one("equidistant_error"), one("pin_radius_error"))
     both = measured().optimum(Attempt(pair, np.array([0.3, 0.0, 0.3, 0.0]), steps=0), 0.0)
     alone = measured().optimum(Attempt(pair[:1], np.array([0.3, 0.0]), steps=0), 0.0)
-    assert both is not None and alone is not None
+    assert both is not None
+    assert alone is not None
     assert _whole_response(measured(), both, 0) < 0.1 * _whole_response(measured(), alone, 0)
 
 
