@@ -161,7 +161,7 @@ def test_a_repeat_has_no_change() -> None:
 
 @pytest.mark.slow
 def test_less_hysteresis_of_a_real_loop_is_less_friction() -> None:
-    """A measured loop, and the same with branches 30 % closer to their middle."""
+    """A measured loop, and the same with branches 30 % closer to their middle: friction falls, and creep may."""
     before = read_measurement(REAL / "stiff_initial.csv")
     torque, angle = before["torque_nm"], before["angle_arcmin"]
     branch = loop_branches(torque)
@@ -174,9 +174,10 @@ def test_less_hysteresis_of_a_real_loop_is_less_friction() -> None:
     after = replace(before, columns={**before.columns, "angle_arcmin": narrower})
     named = (NonlinearSeriesCompliance(twist_arcmin=190.0, exponent=0.4), CoulombFriction(torque_nm=3.0))
     found = compared((REAL / "spec.toml").read_text(encoding="utf-8"), before, after, (named, named))
-    (change,) = found.changes
-    assert change.candidate.name == "coulomb_friction"
-    assert change.parameters[0].change < 0.0
+    names = {one.candidate.name for one in found.changes}
+    assert "coulomb_friction" in names
+    assert names <= {"coulomb_friction", "viscoelastic_creep"}
+    assert all(one.parameters[0].change < 0.0 for one in found.changes)
     assert abs(figures(found)["lost_motion_arcmin"][1]) < 3.0
     unexplained, without, with_change = found.files[0].rms
     # Nine tenths of what the change adds to the error that this model of a printed drive has before it.

@@ -124,8 +124,8 @@ class Candidate:
 
     @property
     def is_friction_torque(self) -> bool:
-        """Whether its size is a torque of friction, which opens a loop as wide at all torques."""
-        return self.kind.location is EffectLocation.FRICTION and self.size == "torque_nm"
+        """Whether its amount is a torque of friction, which opens a loop as wide at all torques."""
+        return self.kind.location is EffectLocation.FRICTION and self.size == "torque_nm" and not self.is_change
 
     @property
     def variety(self) -> Variety:

@@ -145,12 +145,19 @@ def empty_fit(model: ExactModel) -> Fit:
 def equations_about(model: ExactModel, library: Library, optimum: Optimum) -> NormalEquations:
     """Equations of the library, linearised about an optimum and referred to zero.
 
-    Its members are estimated where they are: a misfit that jumps, where friction moves a row to the other flank, has
-    its least value where linear equations show a slope.
+    Where the misfit jumps, its members are estimated where they are: it has its least value where linear equations show
+    a slope.
     """
     members = library.places(optimum.members)
     equations = normal_equations(model.at(optimum).blocks, library.candidates)
-    return equations.at_rest(members, optimum.u).about(members, optimum.u)
+    if _jumps(model):
+        equations = equations.at_rest(members, optimum.u)
+    return equations.about(members, optimum.u)
+
+
+def _jumps(model: ExactModel) -> bool:
+    """Whether friction of any size moves rows of loops to the other flank; two diagnoses know theirs before."""
+    return model.only_loops and not model.is_comparison
 
 
 class _Stage:
@@ -402,7 +409,7 @@ class _Stage:
         """Sets that linear equations propose about an optimum, and those that only responses of finite size show."""
         library = self.library
         equations = equations_about(model, library, fit.optimum)
-        found = linear_proposals(equations, library, fit.optimum, fit.offsets, keep=model.only_loops)
+        found = linear_proposals(equations, library, fit.optimum, fit.offsets, keep=_jumps(model))
         if not model.is_comparison:
             found += shapes_between(equations, library, fit.optimum, fit.offsets)
             found.sort(key=lambda one: -one.promised)
