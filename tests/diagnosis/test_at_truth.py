@@ -80,7 +80,7 @@ def test_contacts_softer_than_the_model_are_no_pin_support_compliance(seed, cont
     optimum, u = at_truth(case, model, library)
     (pins,) = (one for one in library if one.name == "pin_support_compliance")
     both = model.optimum(Attempt((*optimum.members, pins), np.append(u, [0.3, 0.0])), 0.0)
-    named, _ = both.part(both.determined)
+    named, _ = both.part(both.linearly_determined)
     assert pins not in named
     assert optimum.members[0] in named
 

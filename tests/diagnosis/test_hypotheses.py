@@ -148,7 +148,7 @@ def test_optimum_names_what_is_certain_and_what_is_implausible():
     oval, pitch = some("disc_oval", "cumulative_pitch_error", disc=1)
     best = replace(best_of([oval, pitch], [1.0, 0.0, 0.1, 0.2]), covariance=np.diag([0.04, 0.04, 0.09, 0.01]))
     # 5 standard deviations, and along (1, 2)/√5 a standard deviation of √(0.09 + 4·0.01)/√5 = 0.161: 1.39 of them.
-    assert best.determined == [0]
+    assert best.linearly_determined == [0]
     members, u = best.part([0])
     assert members == (oval,)
     np.testing.assert_array_equal(u, [1.0, 0.0])

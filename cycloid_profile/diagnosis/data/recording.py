@@ -44,6 +44,7 @@ SIMULATION_ACCURACY = {
 NEAR_ZERO = 0.05
 FRICTION_MARGIN = 0.25  # of friction, which a loop shows to this share: the limit above is raised by it
 _MIDDLE, _ANGLES = 0.3, 41  # share of the range of angles, and angles in it, at which the branches are compared
+_RANGE = 0.02, 0.98  # of the rows: few reading errors are beyond
 # Share of the largest torque after a reversal that is omitted: the friction law at reversals is uncertain.
 NEAR_TURN = 0.05
 # Held-out rows come in blocks, so that correlated noise does not reach them from fitted rows.
@@ -294,7 +295,8 @@ def _friction(measurement: Measurement) -> float:
     torque, angle = measurement["torque_nm"], measurement["angle_arcmin"]
     # Without torque either flank may touch: such a row is on the one of the branch before.
     direction = np.where(np.abs(torque) > UNLOADED_SHARE * np.max(np.abs(torque)), _direction(torque), 0.0)
-    at = 0.5 * (np.max(angle) + np.min(angle)) + 0.5 * np.ptp(angle) * np.linspace(-_MIDDLE, _MIDDLE, _ANGLES)
+    low, high = np.quantile(angle, _RANGE)
+    at = 0.5 * (low + high) + 0.5 * (high - low) * np.linspace(-_MIDDLE, _MIDDLE, _ANGLES)
     up, down = (_torque_at(at, torque[direction == sign], angle[direction == sign]) for sign in (1.0, -1.0))
     between = up - down
     known = np.isfinite(between)

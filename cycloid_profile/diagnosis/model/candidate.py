@@ -124,7 +124,7 @@ class Candidate:
 
     @property
     def is_friction_torque(self) -> bool:
-        """Whether its amount is a torque of friction, which opens a loop as wide at all torques."""
+        """Whether it is an amount, not a change, of a torque of friction, which opens a loop as wide everywhere."""
         return self.kind.location is EffectLocation.FRICTION and self.size == "torque_nm" and not self.is_change
 
     @property

@@ -91,7 +91,7 @@ class Optimum:
         return replace(self, u=u)
 
     @property
-    def determined(self) -> list[int]:
+    def linearly_determined(self) -> list[int]:
         """Numbers of the members whose size is clearly not zero in linear equations: another only lends the error of
         its form.
         """

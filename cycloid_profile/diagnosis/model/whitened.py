@@ -186,7 +186,10 @@ class NormalEquations:
         return replace(self, b=self.b + self.R[:, where] @ u, chi2=self.chi2 + grown)
 
     def at_rest(self, members: Sequence[int], u: FloatArray) -> NormalEquations:
-        """Equations at coordinates ``u`` of ``members``, without a slope along them but that of their priors."""
+        """Equations at coordinates ``u`` of ``members``, without a slope along them but that of their priors.
+
+        ``chi2`` stays that at these coordinates.
+        """
         b = self.b.copy()
         b[coordinates(members)] = u
         return replace(self, b=b)

@@ -63,7 +63,7 @@ def linear_proposals(
     scored = {one for move in _moves(equations, library, base) for one in _best(equations, library, move)}
     level, kept = _level(equations, library, optimum), coordinates(base if keep else [])
     u = np.zeros(equations.b.size)
-    u[kept] = optimum.u[: kept.size]
+    u[coordinates(base)] = optimum.u
     return [
         Proposal(library.members(one.members), _start(equations, one, u, kept), offsets, level + one.log_evidence)
         for one in sorted(scored, key=lambda s: -s.log_evidence)
@@ -73,8 +73,8 @@ def linear_proposals(
 def _start(equations: NormalEquations, scored: Scored, u: FloatArray, kept: IntArray) -> FloatArray:
     """Coordinates of a set: ``kept`` ones as in ``u``, coordinates of the whole library, the others estimated."""
     where = coordinates(scored.members)
-    own = where[~np.isin(where, kept)]
-    given = where[np.isin(where, kept)]
+    known = np.isin(where, kept)
+    own, given = where[~known], where[known]
     left = equations.b[own] - equations.R[np.ix_(own, given)] @ u[given]
     found = u.copy()
     found[own] = np.linalg.solve(np.eye(own.size) + equations.R[np.ix_(own, own)], left)

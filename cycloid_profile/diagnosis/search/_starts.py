@@ -16,7 +16,7 @@ from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.model.candidate import Candidate, Variety
 from cycloid_profile.diagnosis.model.evidence import Library
 from cycloid_profile.diagnosis.model.exact_model import ExactModel, State
-from cycloid_profile.diagnosis.model.optimum import Optimum
+from cycloid_profile.diagnosis.model.optimum import FARTHEST, Optimum
 from cycloid_profile.diagnosis.model.whitened import NormalEquations, Whitened
 from cycloid_profile.diagnosis.search._proposals import Proposal
 from cycloid_profile.diagnosis.search._second_order import (
@@ -194,7 +194,7 @@ def _responses(
     for candidate, direction in ((one.candidate, one.direction) for one in tried):
         best, start = 0.0, direction
         both = not candidate.one_sided and candidate.angle is None
-        known = shown / candidate.width if candidate.is_friction_torque else 0.0
+        known = min(shown / candidate.width, FARTHEST) if candidate.is_friction_torque else 0.0
         sizes = (known,) if known else _SIZES
         for u in [sign * size * direction for size in sizes for sign in ((1.0, -1.0) if both else (1.0,))]:
             state = model.state([candidate], u)

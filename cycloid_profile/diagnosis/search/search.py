@@ -19,7 +19,7 @@ from cycloid_profile.diagnosis.model.evidence import Library, estimate, linear_e
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
 from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
 from cycloid_profile.diagnosis.model.whitened import NormalEquations, normal_equations
-from cycloid_profile.diagnosis.search._determined import determined
+from cycloid_profile.diagnosis.search._determined import determined, misfit_jumps
 from cycloid_profile.diagnosis.search._proposals import Proposal, linear_proposals, shapes_between
 from cycloid_profile.diagnosis.search._second_order import second_order
 from cycloid_profile.diagnosis.search._starts import moved_nearby, of_finite_size
@@ -142,22 +142,17 @@ def empty_fit(model: ExactModel) -> Fit:
     return Fit(empty, (0,) * len(model.recordings))
 
 
-def equations_about(model: ExactModel, library: Library, optimum: Optimum) -> NormalEquations:
+def equations_about(model: ExactModel, library: Library, optimum: Optimum, rest: bool = False) -> NormalEquations:
     """Equations of the library, linearised about an optimum and referred to zero.
 
-    Where the misfit jumps, its members are estimated where they are: it has its least value where linear equations show
-    a slope.
+    ``rest``: without a slope along its members. Where the misfit jumps it has its least value where linear equations
+    show a slope, and they would move the members away.
     """
     members = library.places(optimum.members)
     equations = normal_equations(model.at(optimum).blocks, library.candidates)
-    if _jumps(model):
+    if rest:
         equations = equations.at_rest(members, optimum.u)
     return equations.about(members, optimum.u)
-
-
-def _jumps(model: ExactModel) -> bool:
-    """Whether friction of any size moves rows of loops to the other flank; two diagnoses know theirs before."""
-    return model.only_loops and not model.is_comparison
 
 
 class _Stage:
@@ -255,16 +250,14 @@ class _Stage:
 
         Those with members that are not determined are left out.
         """
-        found = []
+        found, model = [], self.model(fit.offsets)
         for i in range(len(fit.optimum.members)):
             members = (*fit.optimum.members[:i], *fit.optimum.members[i + 1 :])
             key, start = (frozenset(members), fit.offsets), np.delete(fit.optimum.u, [2 * i, 2 * i + 1])
-            model = self.model(fit.offsets)
             optimum = model.optimum(Attempt(members, start), self.library.prior(members))
             known = self._fits.get(key)
-            if optimum is None or optimum.implausible or len(determined(model, optimum)) < len(members):
-                optimum = None
-            if optimum is not None and (known is None or optimum.misfit < known.optimum.misfit):
+            sound = optimum is not None and not optimum.implausible and len(determined(model, optimum)) == len(members)
+            if optimum is not None and sound and (known is None or optimum.misfit < known.optimum.misfit):
                 known = self._fits[key] = Fit(optimum, fit.offsets)
             if known is not None:
                 found.append(known)
@@ -284,14 +277,15 @@ class _Stage:
         """
         most = self._beam // 2
         single = self._best_of([one for one in self.ranked if len(one.optimum.members) == 1], most)
-        left = max(most - sum(len(members) == 1 for members, _ in done), 0)
+        friction = self._shown_friction
+        left = max(most - sum(len(members) == 1 for members, _ in done - {one.key for one in friction}), 0)
         first = [one for one in single if one.key not in done][:left]
-        return [one for one in [*self._shown_friction, *first, *self.leading] if one.key not in done]
+        return [one for one in [*friction, *first, *self.leading] if one.key not in done]
 
     @property
     def _shown_friction(self) -> list[Fit]:
         """The best set of friction alone, if loops show some."""
-        if not any(one.shown_friction_nm for one in self._first.recordings):
+        if not misfit_jumps(self._first) or not any(one.shown_friction_nm for one in self._first.recordings):
             return []
         alone = [one for one in self.ranked if {c.is_friction_torque for c in one.optimum.members} == {True}]
         return alone[:1]
@@ -408,8 +402,9 @@ class _Stage:
     def _linear_and_finite(self, model: ExactModel, fit: Fit) -> list[Proposal]:
         """Sets that linear equations propose about an optimum, and those that only responses of finite size show."""
         library = self.library
-        equations = equations_about(model, library, fit.optimum)
-        found = linear_proposals(equations, library, fit.optimum, fit.offsets, keep=_jumps(model))
+        jumps = misfit_jumps(model)
+        equations = equations_about(model, library, fit.optimum, rest=jumps)
+        found = linear_proposals(equations, library, fit.optimum, fit.offsets, keep=jumps)
         if not model.is_comparison:
             found += shapes_between(equations, library, fit.optimum, fit.offsets)
             found.sort(key=lambda one: -one.promised)
