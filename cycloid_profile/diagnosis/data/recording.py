@@ -272,11 +272,12 @@ def _usable_rows(measurement: Measurement) -> BoolArray:
     torque, friction = measurement["torque_nm"], _friction(measurement)
     peak = float(np.max(np.abs(torque)))
     transmitted = transmitted_torque(torque, friction, 0.0, preceding_sign(measurement))
-    near = torque_since_reversal(torque, _direction(torque)) < NEAR_TURN * peak
+    near = torque_since_reversal(torque, load_direction(torque)) < NEAR_TURN * peak
     return (np.abs(transmitted) >= NEAR_ZERO * peak + FRICTION_MARGIN * friction) & ~near
 
 
-def _direction(torque: FloatArray) -> FloatArray:
+def load_direction(torque: FloatArray) -> FloatArray:
+    """Sign of the change of torque that leads to each row, 0 at the first; in the shape of ``torque``."""
     return np.asarray(np.sign(np.diff(torque, prepend=torque[0])))
 
 
@@ -294,7 +295,7 @@ def _friction(measurement: Measurement) -> float:
     """Friction torque: half the torque between the branches in the middle of the angles; 0 for one branch."""
     torque, angle = measurement["torque_nm"], measurement["angle_arcmin"]
     # Without torque either flank may touch: such a row is on the one of the branch before.
-    direction = np.where(np.abs(torque) > UNLOADED_SHARE * np.max(np.abs(torque)), _direction(torque), 0.0)
+    direction = np.where(np.abs(torque) > UNLOADED_SHARE * np.max(np.abs(torque)), load_direction(torque), 0.0)
     low, high = np.quantile(angle, _RANGE)
     at = 0.5 * (low + high) + 0.5 * (high - low) * np.linspace(-_MIDDLE, _MIDDLE, _ANGLES)
     up, down = (_torque_at(at, torque[direction == sign], angle[direction == sign]) for sign in (1.0, -1.0))

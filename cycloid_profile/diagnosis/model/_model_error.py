@@ -19,7 +19,13 @@ from cycloid_profile.contact.stage import LoadedContacts
 from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.data._smooth_forms import forms_of_scan, hat_functions, waves
 from cycloid_profile.diagnosis.data.noise import Noise
-from cycloid_profile.diagnosis.data.recording import FRICTION_MARGIN, NEAR_ZERO, Recording, torque_since_reversal
+from cycloid_profile.diagnosis.data.recording import (
+    FRICTION_MARGIN,
+    NEAR_ZERO,
+    Recording,
+    load_direction,
+    torque_since_reversal,
+)
 from cycloid_profile.diagnosis.model.priors import body_error, priors_of
 from cycloid_profile.effects import AsBuiltReducer, loop_branches
 from cycloid_profile.errors import CycloidError
@@ -338,7 +344,7 @@ def law_error(signature: FloatArray, reducer: AsBuiltReducer, recording: Recordi
 def _form_error_of_loop(signature: FloatArray, recording: Recording) -> FloatArray:
     """Elastic effects follow the torque alone; only what depends on the path can err in its path."""
     whole = recording.measurement["torque_nm"] / float(np.max(np.abs(recording.measurement["torque_nm"])))
-    direction = np.sign(np.diff(whole, prepend=whole[0]))
+    direction = load_direction(whole)
     direction[0] = direction[1]
     t, branch = whole[recording.rows], direction[recording.rows]
     past = torque_since_reversal(whole, direction)[recording.rows]

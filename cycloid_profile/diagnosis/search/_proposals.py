@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -24,7 +24,7 @@ from cycloid_profile.diagnosis.model.evidence import (
     scores,
 )
 from cycloid_profile.diagnosis.model.optimum import Optimum
-from cycloid_profile.diagnosis.model.whitened import NormalEquations, coordinates
+from cycloid_profile.diagnosis.model.whitened import NormalEquations
 
 _LEADING = 24  # effects whose pairs are scored with all others
 
@@ -61,25 +61,22 @@ def linear_proposals(
     """
     base = library.places(optimum.members)
     scored = {one for move in _moves(equations, library, base) for one in _best(equations, library, move)}
-    level, kept = _level(equations, library, optimum), coordinates(base if keep else [])
-    u = np.zeros(equations.b.size)
-    u[coordinates(base)] = optimum.u
+    level = _level(equations, library, optimum)
+    kept = dict(zip(base, optimum.u.reshape(-1, 2), strict=True)) if keep else {}
     return [
-        Proposal(library.members(one.members), _start(equations, one, u, kept), offsets, level + one.log_evidence)
+        Proposal(library.members(one.members), _start(equations, one.members, kept), offsets, level + one.log_evidence)
         for one in sorted(scored, key=lambda s: -s.log_evidence)
     ]
 
 
-def _start(equations: NormalEquations, scored: Scored, u: FloatArray, kept: IntArray) -> FloatArray:
-    """Coordinates of a set: ``kept`` ones as in ``u``, coordinates of the whole library, the others estimated."""
-    where = coordinates(scored.members)
-    known = np.isin(where, kept)
-    own, given = where[~known], where[known]
-    left = equations.b[own] - equations.R[np.ix_(own, given)] @ u[given]
-    found = u.copy()
-    found[own] = np.linalg.solve(np.eye(own.size) + equations.R[np.ix_(own, own)], left)
-    chosen: FloatArray = found[where]
-    return chosen
+def _start(equations: NormalEquations, members: Sequence[int], kept: Mapping[int, FloatArray]) -> FloatArray:
+    """Coordinates of a set: the ``kept`` ones, and the others estimated next to them."""
+    given = [i for i in members if i in kept]
+    others = [i for i in members if i not in kept]
+    fixed = np.concatenate([np.zeros(0), *(kept[i] for i in given)])
+    u, _ = estimate(equations.about(given, -fixed), others)
+    found = {**kept, **dict(zip(others, u.reshape(-1, 2), strict=True))}
+    return np.concatenate([found[i] for i in members])
 
 
 def shapes_between(
