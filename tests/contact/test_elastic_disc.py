@@ -20,7 +20,7 @@ from cycloid_profile.contact.bodies import (
     stage_compliance,
     support_model,
 )
-from cycloid_profile.contact.bodies._disc_elements import (
+from cycloid_profile.contact.bodies.disc._elements import (
     _below,
     _displacements,
     _inwards,
@@ -120,11 +120,11 @@ def test_a_kept_compliance_is_that_of_its_discs_and_poses(elastic):
 
 
 def test_a_compliance_that_is_too_large_is_not_kept(elastic, monkeypatch):
-    from cycloid_profile.contact.bodies import elastic_disc
+    from cycloid_profile.contact.bodies.disc import displacements
 
     trochoid, angle = elastic.drive.trochoid, np.array([0.4, 1.2])
     size = stage_compliance(elastic.disc_bodies, mesh(trochoid, angle, 2)).nbytes
-    monkeypatch.setattr(elastic_disc, "_KEPT", elastic_disc._Latest(1.5 * size))
+    monkeypatch.setattr(displacements, "_KEPT", displacements._Latest(1.5 * size))
     assert kept_compliance(elastic.disc_bodies, trochoid, np.array([0.4, 1.2, 2.0, 2.2])) is None
     first = kept_compliance(elastic.disc_bodies, trochoid, angle)
     assert kept_compliance(elastic.disc_bodies, trochoid, angle) is not None
@@ -359,7 +359,7 @@ def test_a_flipped_bit_and_a_foreign_file_are_refused(elastic, tmp_path):
 
 @pytest.mark.parametrize("how", ["flipped bit", "other disc", "folder", "too large", "no cache"])
 def test_a_cache_that_is_damaged_changes_no_number(how, rv40e, elastic, tmp_path, monkeypatch):
-    from cycloid_profile.contact.bodies import elastic_disc
+    from cycloid_profile.contact.bodies.disc import finite_elements
     from cycloid_profile.resources import LIMITS, Limit
 
     computed: list[str] = []
@@ -368,9 +368,9 @@ def test_a_cache_that_is_damaged_changes_no_number(how, rv40e, elastic, tmp_path
         computed.append(key)
         return replace(elastic.disc_bodies[0], key=key)
 
-    monkeypatch.setattr(elastic_disc, "_cache_folder", lambda: tmp_path)
-    monkeypatch.setattr(elastic_disc, "_computed", counted)
-    elastic_disc._remembered.cache_clear()
+    monkeypatch.setattr(finite_elements, "_cache_folder", lambda: tmp_path)
+    monkeypatch.setattr(finite_elements, "_computed", counted)
+    finite_elements._remembered.cache_clear()
     found = disc_compliance(outline(rv40e), 1.0, NU, 1.0)
     (path,) = tmp_path.iterdir()
     if how == "flipped bit":
@@ -381,16 +381,16 @@ def test_a_cache_that_is_damaged_changes_no_number(how, rv40e, elastic, tmp_path
         replace(found, key="another", matrix=2.0 * found.matrix).save(path)
     elif how == "too large":
         monkeypatch.setitem(LIMITS, "memory", Limit(1e6, "less than the file"))
-        monkeypatch.setattr(elastic_disc, "_PAIR_BYTES", 0.0)
+        monkeypatch.setattr(finite_elements, "_PAIR_BYTES", 0.0)
     else:
         path.unlink()
         if how == "folder":
             path.mkdir()
-    elastic_disc._remembered.cache_clear()
+    finite_elements._remembered.cache_clear()
     again = disc_compliance(outline(rv40e), 1.0, NU, 1.0)
     np.testing.assert_array_equal(again.matrix, found.matrix)
     assert len(computed) == 2
-    elastic_disc._remembered.cache_clear()
+    finite_elements._remembered.cache_clear()
 
 
 def test_a_disc_of_another_drive_is_refused(elastic):
