@@ -22,8 +22,8 @@ from cycloid_profile.diagnosis.model.evidence import Library
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
 from cycloid_profile.diagnosis.model.priors import priors_of
 from cycloid_profile.diagnosis.model.whitened import Whitened
+from cycloid_profile.diagnosis.search._fits import empty_fit
 from cycloid_profile.diagnosis.search._waves import waves_left
-from cycloid_profile.diagnosis.search.search import empty_fit
 from cycloid_profile.measurement import parse_measurement
 from cycloid_profile.spec import parse_spec
 from tests.diagnosis.blind import Hidden, Noise, Reducer, scan, spec_text, transmission_error

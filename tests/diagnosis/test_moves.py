@@ -19,13 +19,14 @@ from cycloid_profile.diagnosis.model.flank_grid import FlankGrid
 from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
 from cycloid_profile.diagnosis.model.whitened import Whitened, normal_equations
 from cycloid_profile.diagnosis.search import _second_order as second
+from cycloid_profile.diagnosis.search._fits import Fit, Fits, empty_fit
 from cycloid_profile.diagnosis.search._proposals import linear_proposals
 from cycloid_profile.diagnosis.search._starts import _best_of_each_variety, _directed, of_finite_size
 from cycloid_profile.diagnosis.search._subsampling import smallest_subsample, subsample
 from cycloid_profile.diagnosis.search._symmetric_parts import on_other_parts
 from cycloid_profile.diagnosis.search.lobe_index import index_lobes, offsets_about, with_offsets
 from cycloid_profile.diagnosis.search.seam import _power_from_each_lobe
-from cycloid_profile.diagnosis.search.search import Fit, _Stage, empty_fit, equations_about
+from cycloid_profile.diagnosis.search.search import equations_about
 from cycloid_profile.measurement import parse_measurement
 from cycloid_profile.rig import Settings, simulate
 from tests.diagnosis import blind
@@ -317,10 +318,10 @@ def test_a_smaller_error_of_the_model_alone_makes_no_set_better():
 
 def test_members_without_which_a_set_is_not_worse_are_left_out():
     model = one_thick_pin()
-    stage = _Stage(model, Library(library(True), 2), lambda _: None, 6, 0.0, 20)
+    fits = Fits(model)
     # There is no runout, and the pin and the encoder without it were never fitted.
     whole = Fit(fitted(model, "single_pin_error", "encoder_eccentricity", "pin_ring_runout", pin=7), (0,))
-    stage._fits[whole.key] = whole
-    best, ranked = stage.simplest()
+    fits.keep(whole)
+    best, ranked = fits.simplest(Library(library(True), 2), lambda _: None)
     assert {one.name for one in best.optimum.members} == {"single_pin_error", "encoder_eccentricity"}
     assert whole.key in {one.key for one in ranked}

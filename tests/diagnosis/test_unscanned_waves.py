@@ -18,8 +18,8 @@ from cycloid_profile.diagnosis.model.exact_model import ExactModel
 from cycloid_profile.diagnosis.model.priors import priors_of
 from cycloid_profile.diagnosis.model.unscanned_waves import UnscannedWaves, _power, unscanned
 from cycloid_profile.diagnosis.model.whitened import Whitened, normal_equations
+from cycloid_profile.diagnosis.search._fits import empty_fit
 from cycloid_profile.diagnosis.search._waves import waves_left
-from cycloid_profile.diagnosis.search.search import empty_fit
 from cycloid_profile.effects import AsBuiltReducer, CumulativePitchError, Effect, GrindingChatter
 from cycloid_profile.measurement import Measurement, parse_measurement
 from cycloid_profile.rig import Settings, simulate

@@ -14,50 +14,22 @@ import numpy as np
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.diagnosis import _tuned as tuned
-from cycloid_profile.diagnosis.model.candidate import Candidate, Variety
+from cycloid_profile.diagnosis.model.candidate import Candidate
 from cycloid_profile.diagnosis.model.evidence import Library, estimate, linear_evidence
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
 from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
 from cycloid_profile.diagnosis.model.whitened import NormalEquations, normal_equations
 from cycloid_profile.diagnosis.search._determined import determined, misfit_jumps
+from cycloid_profile.diagnosis.search._fits import Fit, Fits, Key
 from cycloid_profile.diagnosis.search._proposals import Proposal, linear_proposals, shapes_between
 from cycloid_profile.diagnosis.search._second_order import second_order
 from cycloid_profile.diagnosis.search._starts import moved_nearby, of_finite_size
 from cycloid_profile.diagnosis.search._subsampling import smallest_subsample
 from cycloid_profile.diagnosis.search._symmetric_parts import on_other_parts
 from cycloid_profile.diagnosis.search._waves import alternative_waves, refitted, waves_left
-from cycloid_profile.diagnosis.search.lobe_index import offsets_about, with_offsets
+from cycloid_profile.diagnosis.search.lobe_index import offsets_about
 from cycloid_profile.diagnosis.search.seam import SPLIT, offsets_by_seams
 from cycloid_profile.measurement import HYSTERESIS
-
-Key = tuple[frozenset[Candidate], tuple[int, ...]]
-
-
-@dataclass(frozen=True, eq=False)
-class Fit:
-    """The optimum of a set with the lobe index of each file raised by ``offsets``."""
-
-    optimum: Optimum
-    offsets: tuple[int, ...]
-
-    @property
-    def key(self) -> Key:
-        """Members and lobe indices, compared by value."""
-        return frozenset(self.optimum.members), self.offsets
-
-    @property
-    def kind(self) -> tuple[tuple[Variety, ...], tuple[int, ...]]:
-        """What the members are, whatever their places, with the lobe indices."""
-        return tuple(sorted((member.variety for member in self.optimum.members), key=str)), self.offsets
-
-    def adds_nothing_to(self, other: Fit) -> bool:
-        """Whether this set has the members of another and more, for hardly more evidence."""
-        return self.key[0] > other.key[0] and self.evidence < other.evidence + tuned.OPEN
-
-    @property
-    def evidence(self) -> float:
-        """Log evidence; equal ones keep the order of discovery."""
-        return round(self.optimum.log_evidence, 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +79,7 @@ def search_effects(
     library = Library(tuple(candidates), frequencies)
     few = smallest_subsample(model, gain)
     stage = _Stage(few, library, progress, tuned.BEAM, tuned.LINEAR_ERROR, tuned.FITS)
-    stage.fit(Proposal(tuple(members), u, stage.best.offsets) for members, u in starts)
+    stage.fit(Proposal(tuple(members), u, stage.fits.best.offsets) for members, u in starts)
     stage.explore(tuned.EXPANSIONS)
     if few is not model:
         progress(f"fitting {len(stage.leading)} sets of effects to all rows")
@@ -123,23 +95,15 @@ def search_effects(
         whole.explore(tuned.EXPANSIONS_ON_ALL_ROWS)
         stage = whole
     progress("fitting the best sets of effects closely")
-    stage.fit_best_closely()
-    best, ranked = stage.simplest()
-    found = stage.model(best.offsets)
+    stage.fits.fit_best_closely(stage.library)
+    best, ranked = stage.fits.simplest(stage.library, progress)
+    found = stage.fits.model(best.offsets)
     waves = [] if model.is_comparison else alternative_waves(found, best.optimum)
     library = stage.library.with_more(waves)
     fitted = tuple(one.optimum for one in ranked if one.offsets == best.offsets)
     return SearchResult(
         best.optimum, found, library, equations_about(found, library, best.optimum), fitted, stage.limited
     )
-
-
-def empty_fit(model: ExactModel) -> Fit:
-    """The model without effects."""
-    none, state = np.zeros(0), model.baseline
-    rows = sum(block.z.size for block in state.blocks)
-    empty = Optimum((), none, np.zeros((0, 0)), np.zeros((0, 0)), state.chi2, state.misfit, rows, 0.0, True)
-    return Fit(empty, (0,) * len(model.recordings))
 
 
 def equations_about(model: ExactModel, library: Library, optimum: Optimum, rest: bool = False) -> NormalEquations:
@@ -156,10 +120,11 @@ def equations_about(model: ExactModel, library: Library, optimum: Optimum, rest:
 
 
 class _Stage:
-    """All fits on one set of rows.
+    """Search on one selection of rows.
 
     ``beam``: number of leading sets whose neighbours are fitted, after those of half as many single effects. ``error``:
-    share by which linear evidence may err. ``limited``: neighbours of a leading set were left out.
+    share by which linear evidence may err. ``budget``: exact fits at most. ``limited``: neighbours of a leading set
+    were left out.
     """
 
     def __init__(
@@ -169,104 +134,18 @@ class _Stage:
         progress: Callable[[str], None],
         beam: int,
         error: float,
-        fits: int,
+        budget: int,
     ) -> None:
         self.library, self.progress, self.limited = library, progress, False
-        self._beam, self._error, self._left = beam, 0.0 if model.only_scans else error, fits
-        self._models = {(0,) * len(model.recordings): model}
+        self._beam, self._error, self._left = beam, 0.0 if model.only_scans else error, budget
+        self.fits = Fits(model)
         self._first = model
-        none = empty_fit(model)
-        self._fits: dict[Key, Fit] = {none.key: none}
         self._tried: set[tuple[Key, bytes]] = set()
-
-    @property
-    def ranked(self) -> list[Fit]:
-        """All fits by decreasing evidence."""
-        return sorted(self._fits.values(), key=lambda one: -one.evidence)
-
-    @property
-    def best(self) -> Fit:
-        """The fit with the largest evidence, the first of equals."""
-        return max(self._fits.values(), key=lambda one: one.evidence)
-
-    def fit_best_closely(self) -> None:
-        """Fit the sets that may be chosen to the last step: an earlier end can hide more than it promised to gain."""
-        ranked = self.ranked_at_variance(self.best.optimum.residual_variance)
-        for one in ranked:
-            before = one.optimum
-            if before.members and one.evidence > ranked[0].evidence - tuned.DISTINGUISHED:
-                attempt = Attempt(before.members, before.u)
-                closer = self.model(one.offsets).optimum(attempt, self.library.prior(before.members))
-                if closer is not None and closer.misfit < before.misfit:
-                    self._fits[one.key] = replace(one, optimum=closer)
-
-    def ranked_at_variance(self, variance: float) -> list[Fit]:
-        """All fits by decreasing evidence, with this ``variance`` in units of that of the noise, at least 1.
-
-        Without that of the best, members that mend what no effect explains pass for significant (Miller and Dunson
-        2019).
-        """
-        return sorted((self._at_variance(one, variance) for one in self._fits.values()), key=lambda one: -one.evidence)
-
-    def _at_variance(self, one: Fit, variance: float) -> Fit:
-        gained = 0.5 * (self.model(one.offsets).baseline.misfit - one.optimum.misfit)
-        evidence = one.optimum.log_evidence - (1.0 - 1.0 / variance) * gained
-        return replace(one, optimum=replace(one.optimum, log_evidence=evidence))
-
-    def simplest(self) -> tuple[Fit, list[Fit]]:
-        """The best of the sets with fewest effects, among those whose evidence is not clearly below the best; and all
-        fits by decreasing evidence.
-
-        Members of the best set are left out in turn, as long as the rest is not clearly worse and leaves no more beyond
-        the noise.
-        """
-        variance = self.best.optimum.residual_variance
-        best = chosen = self.ranked_at_variance(variance)[0]
-        while len(chosen.optimum.members) > 1:
-            self.progress("fitting parts of the best set of effects")
-            parts = [self._at_variance(one, variance) for one in self._parts(chosen)]
-            enough = [one for one in parts if one.optimum.residual_variance <= best.optimum.residual_variance]
-            near = [one for one in enough if self._below(one, best, variance) < tuned.DISTINGUISHED]
-            if not near:
-                break
-            chosen = max(near, key=lambda one: one.evidence)
-        ranked = self.ranked_at_variance(variance)
-        least, most = best.evidence - tuned.DISTINGUISHED, len(chosen.optimum.members)
-        near = [
-            one
-            for one in ranked
-            if one.evidence > least or (len(one.optimum.members) <= most and one.evidence > chosen.evidence)
-        ]
-        return min([chosen, *near], key=lambda one: (len(one.optimum.members), -one.evidence)), ranked
-
-    def _below(self, part: Fit, whole: Fit, variance: float) -> float:
-        """Evidence of a part of a set below that of the whole, with the error of the model as in ``deficit``."""
-        own = 0.5 * (part.optimum.misfit - whole.optimum.misfit)
-        less = own - self.model(whole.offsets).deficit(part.optimum, whole.optimum)
-        return whole.evidence - part.evidence - less / variance
-
-    def _parts(self, fit: Fit) -> list[Fit]:
-        """The subsets of a set that lack one member, fitted closely however much worse they are.
-
-        Those with members that are not determined are left out.
-        """
-        found, model = [], self.model(fit.offsets)
-        for i in range(len(fit.optimum.members)):
-            members = (*fit.optimum.members[:i], *fit.optimum.members[i + 1 :])
-            key, start = (frozenset(members), fit.offsets), np.delete(fit.optimum.u, [2 * i, 2 * i + 1])
-            optimum = model.optimum(Attempt(members, start), self.library.prior(members))
-            known = self._fits.get(key)
-            sound = optimum is not None and not optimum.implausible and len(determined(model, optimum)) == len(members)
-            if optimum is not None and sound and (known is None or optimum.misfit < known.optimum.misfit):
-                known = self._fits[key] = Fit(optimum, fit.offsets)
-            if known is not None:
-                found.append(known)
-        return found
 
     @property
     def leading(self) -> list[Fit]:
         """The beam: the best sets that are not far below the best."""
-        return self._best_of(self.ranked, self._beam)
+        return self._best_of(self.fits.ranked, self._beam)
 
     def _open(self, done: Set[Key]) -> list[Fit]:
         """Sets whose neighbours are fitted next, but for ``done`` ones: friction, some of the best single effects, then
@@ -276,7 +155,7 @@ class _Stage:
         explain more alone: these have the sizes of a loop without friction.
         """
         most = self._beam // 2
-        single = self._best_of([one for one in self.ranked if len(one.optimum.members) == 1], most)
+        single = self._best_of([one for one in self.fits.ranked if len(one.optimum.members) == 1], most)
         friction = self._shown_friction
         left = max(most - sum(len(members) == 1 for members, _ in done - {one.key for one in friction}), 0)
         first = [one for one in single if one.key not in done][:left]
@@ -287,7 +166,7 @@ class _Stage:
         """The best set of friction alone, if loops show some."""
         if not misfit_jumps(self._first) or not any(one.shown_friction_nm for one in self._first.recordings):
             return []
-        alone = [one for one in self.ranked if {c.is_friction_torque for c in one.optimum.members} == {True}]
+        alone = [one for one in self.fits.ranked if {c.is_friction_torque for c in one.optimum.members} == {True}]
         return alone[:1]
 
     def _best_of(self, ranked: Sequence[Fit], most: int) -> list[Fit]:
@@ -303,22 +182,16 @@ class _Stage:
 
     def _gains(self, one: Fit) -> bool:
         """Whether a set is the best, or clearly better than each of its subsets."""
-        return one is self.best or not any(one.adds_nothing_to(other) for other in self._fits.values())
+        return one is self.fits.best or not any(one.adds_nothing_to(other) for other in self.fits)
 
     @property
     def _least(self) -> float:
         """Evidence below which a set is not pursued: linear equations of scans are exact, those of curves are not."""
-        return self._least_next_to(self.best)
+        return self._least_next_to(self.fits.best)
 
     def _least_next_to(self, other: Fit) -> float:
         """Evidence below which a set is clearly worse than another."""
         return other.evidence - max(tuned.OPEN, self._error * other.evidence)
-
-    def model(self, offsets: tuple[int, ...]) -> ExactModel:
-        """The model with these lobe indices."""
-        if offsets not in self._models:
-            self._models[offsets] = with_offsets(self._first, offsets)
-        return self._models[offsets]
 
     def explore(self, most: int) -> None:
         """Fit the neighbours of the leading sets, until all of them are done or ``most`` were."""
@@ -354,23 +227,21 @@ class _Stage:
             self._tried.add((key, start))
             # Where few pins bear, linear equations promise too little to abandon the first effect of a set.
             finished = self._first.only_loops and len(one.members) == 1
-            beat = math.inf if finished else self.best.optimum.misfit
+            beat = math.inf if finished else self.fits.best.optimum.misfit
             attempt = Attempt(one.members, one.start, beat=beat, least_gain=tuned.LEAST_GAIN)
-            optimum = self.model(one.offsets).optimum(attempt, self.library.prior(one.members))
+            model = self.fits.model(one.offsets)
+            optimum = model.optimum(attempt, self.library.prior(one.members))
             if optimum is None or optimum.implausible:
                 continue
-            rest, u = optimum.part(determined(self.model(one.offsets), optimum))
-            if len(rest) < len(one.members):
-                if rest and (frozenset(rest), one.offsets) not in self._fits:
-                    waiting.append(Proposal(rest, u, one.offsets))
-                continue
-            known = self._fits.get(key)
-            if known is None or optimum.log_evidence > known.optimum.log_evidence:
-                self._fits[key] = Fit(optimum, one.offsets)
+            rest, u = optimum.part(determined(model, optimum))
+            if len(rest) == len(one.members):
+                self.fits.keep(Fit(optimum, one.offsets))
+            elif rest and (frozenset(rest), one.offsets) not in self.fits:
+                waiting.append(Proposal(rest, u, one.offsets))
 
     def _neighbours(self, fit: Fit) -> list[Proposal]:
         """Sets to fit about an optimum."""
-        model, optimum = self.model(fit.offsets), fit.optimum
+        model, optimum = self.fits.model(fit.offsets), fit.optimum
         if model.is_comparison:
             # Lobe index, shapes and numbers of waves are those of the diagnoses.
             return self._linear_and_finite(model, fit)
@@ -439,6 +310,6 @@ class _Stage:
         if model.only_scans:
             # Scans alone keep their effects: the numbers of lobes change with the index.
             members = tuple(replace(one, choice=one.reindexed(-max(more), lobes)[0]) for one in members)
-        waved = refitted(self.model(raised), replace(optimum, members=members), SPLIT)
+        waved = refitted(self.fits.model(raised), replace(optimum, members=members), SPLIT)
         self.library = self.library.with_more([*members, *waved])
         return [Proposal(members, optimum.u, raised), Proposal(waved, optimum.u, raised)]
