@@ -16,7 +16,7 @@ from cycloid_profile.diagnosis.verdict import _alternatives as alternatives
 from cycloid_profile.diagnosis.verdict._identical_effects import always_identical, cosine
 from cycloid_profile.diagnosis.verdict.nearest_effects import nearest
 from cycloid_profile.diagnosis.verdict.remainder import ScanResidual, smooth_remainder
-from cycloid_profile.diagnosis.verdict.rest_curves import empirical_fits, exceed_noise
+from cycloid_profile.diagnosis.verdict.rest_curves import empirical_fits, exceeds_noise
 from cycloid_profile.diagnosis.verdict.result import FileGap
 from cycloid_profile.diagnosis.verdict.workflow import _gap
 from cycloid_profile.units import UM
@@ -192,8 +192,8 @@ def test_only_a_loop_far_above_its_noise_leaves_a_rest():
         one = loop.under(loop.recording)
         draw = np.random.default_rng(3).normal(size=loop.residual.size)
         one.residual = factor * loop.recording.noise.sigma * draw
-        assert exceed_noise([one]) is exceeds
-        assert not exceed_noise([residuals("scan")])
+        assert exceeds_noise(one) is exceeds
+        assert not exceeds_noise(residuals("scan"))
 
 
 def test_a_rest_becomes_a_curve_only_if_held_out_rows_come_closer():

@@ -9,7 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cycloid_profile.diagnosis.data.recording import record, torque_since_reversal
+from cycloid_profile.diagnosis.data._loops import torque_since_reversal
+from cycloid_profile.diagnosis.data.recording import record
 from cycloid_profile.diagnosis.model._model_error import form_error, hat_functions, mesh_orders
 from cycloid_profile.diagnosis.model.candidate import Candidate, candidates, chatter
 from cycloid_profile.diagnosis.model.chatter_spectrum import SPEEDS

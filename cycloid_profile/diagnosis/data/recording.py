@@ -8,12 +8,12 @@ import numpy as np
 
 from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
 from cycloid_profile.diagnosis import _tuned as tuned
-from cycloid_profile.diagnosis.data._branches import contrasts_of_branches
 from cycloid_profile.diagnosis.data._drift import DRIFT_WIDTH, loop_drift, origin_drift, turn_drift
+from cycloid_profile.diagnosis.data._loops import NEAR_ZERO, loop_noise, shown_friction, usable_rows
 from cycloid_profile.diagnosis.data._reading_errors import gross_errors, reading_step
 from cycloid_profile.diagnosis.data._smooth_forms import forms_of_scan, waves
-from cycloid_profile.diagnosis.data.noise import Noise, estimate_noise, local_noise, run_starts, scatter_about_cubics
-from cycloid_profile.effects import AsBuiltReducer, transmitted_torque
+from cycloid_profile.diagnosis.data.noise import Noise, estimate_noise, local_noise, run_starts
+from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.errors import MeasurementError
 from cycloid_profile.measurement import (
     HYSTERESIS,
@@ -26,11 +26,9 @@ from cycloid_profile.measurement import (
 from cycloid_profile.rig import (
     CurvePrediction,
     RegisteredScan,
-    preceding_sign,
     predict_curve,
     register_scan,
 )
-from cycloid_profile.rig.hysteresis import UNLOADED_SHARE
 from cycloid_profile.units import DEGREE, UM
 
 # Accuracy of the simulation in the unit of the column: docs/diagnosis.md, "Accuracy of the simulation".
@@ -40,13 +38,6 @@ SIMULATION_ACCURACY = {
     TRANSMISSION_ERROR: 0.02,
     LOST_MOTION_MAP: 0.001,
 }
-# Rows of a loop with less than this share of its largest torque on the stage are omitted: it may touch either flank.
-NEAR_ZERO = 0.05
-FRICTION_MARGIN = 0.25  # of friction, which a loop shows to this share: the limit above is raised by it
-_MIDDLE, _ANGLES = 0.3, 41  # share of the range of angles, and angles in it, at which the branches are compared
-_RANGE = 0.02, 0.98  # of the rows: few reading errors are beyond
-# Share of the largest torque after a reversal that is omitted: the friction law at reversals is uncertain.
-NEAR_TURN = 0.05
 # Held-out rows come in blocks, so that correlated noise does not reach them from fitted rows.
 _BLOCKS_PER_LOBE = 6
 _BLOCKS_PER_TURN = 60  # of 6°, two thirds of a pin pitch of 40 pins
@@ -56,8 +47,6 @@ _HELD_OUT = 5  # one block in five
 MOST_ROWS = 20_000
 _GAP = 2.0  # times the usual length of a group: larger gaps separate groups
 FEW_LOBES = 0.5  # share of the lobes: fewer show no waves round the disc
-_CHANCE = 0.05  # that contrasts of branches scatter so much less than rows of the same noise
-_SMOOTHED = 0.85  # correlation of neighbours that no reading of a loop has
 _FEW_ERRORS = 5  # up to this number, notes give their locations
 
 
@@ -113,7 +102,7 @@ class Recording:
     @property
     def shown_friction_nm(self) -> float:
         """Friction torque that opens a loop clearly, beyond what counts as zero torque; 0 of others."""
-        friction = _friction(self.measurement) if self.kind is HYSTERESIS else 0.0
+        friction = shown_friction(self.measurement) if self.kind is HYSTERESIS else 0.0
         return friction if friction > NEAR_ZERO * self.peak_torque_nm else 0.0
 
     @property
@@ -267,58 +256,13 @@ def averaged_scan(measurement: Measurement, placed: RegisteredScan, rows: IntArr
     return replace(measurement, columns={"x_mm": z.real, "y_mm": z.imag})
 
 
-def _usable_rows(measurement: Measurement) -> BoolArray:
-    """Rows of a loop whose stage is loaded and away from reversals, where friction changes sign."""
-    torque, friction = measurement["torque_nm"], _friction(measurement)
-    peak = float(np.max(np.abs(torque)))
-    transmitted = transmitted_torque(torque, friction, 0.0, preceding_sign(measurement))
-    near = torque_since_reversal(torque, load_direction(torque)) < NEAR_TURN * peak
-    return (np.abs(transmitted) >= NEAR_ZERO * peak + FRICTION_MARGIN * friction) & ~near
-
-
-def load_direction(torque: FloatArray) -> FloatArray:
-    """Sign of the change of torque that leads to each row, 0 at the first; in the shape of ``torque``."""
-    return np.asarray(np.sign(np.diff(torque, prepend=torque[0])))
-
-
-def torque_since_reversal(torque: FloatArray, direction: FloatArray) -> FloatArray:
-    """Torque passed since the ``direction`` of the load last changed its sign, infinite before; in their shape."""
-    reversal = np.full(torque.size, np.inf)
-    for i in range(1, torque.size):
-        back = direction[i] * direction[i - 1] < 0.0
-        reversal[i] = torque[i - 1] if back else reversal[i - 1]
-    passed: FloatArray = np.abs(torque - reversal)
-    return passed
-
-
-def _friction(measurement: Measurement) -> float:
-    """Friction torque: half the torque between the branches in the middle of the angles; 0 for one branch."""
-    torque, angle = measurement["torque_nm"], measurement["angle_arcmin"]
-    # Without torque either flank may touch: such a row is on the one of the branch before.
-    direction = np.where(np.abs(torque) > UNLOADED_SHARE * np.max(np.abs(torque)), load_direction(torque), 0.0)
-    low, high = np.quantile(angle, _RANGE)
-    at = 0.5 * (low + high) + 0.5 * (high - low) * np.linspace(-_MIDDLE, _MIDDLE, _ANGLES)
-    up, down = (_torque_at(at, torque[direction == sign], angle[direction == sign]) for sign in (1.0, -1.0))
-    between = up - down
-    known = np.isfinite(between)
-    return max(0.5 * float(np.median(between[known])), 0.0) if np.any(known) else 0.0
-
-
-def _torque_at(at: FloatArray, torque: FloatArray, angle: FloatArray) -> FloatArray:
-    """Torque of a branch at some angles, linear between rows: across play, too; NaN beyond the branch."""
-    if torque.size < 2:
-        return np.full(at.size, np.nan)
-    order = np.argsort(angle, kind="stable")
-    return np.asarray(np.interp(at, angle[order], torque[order], left=np.nan, right=np.nan))
-
-
 def _curve_recording(reducer: AsBuiltReducer, measurement: Measurement) -> Recording:
     predicted = predict_curve(reducer, measurement)
     residual = measurement.value - predicted.on_last_flank
     rows = np.arange(residual.size)
     notes = []
     if measurement.kind is HYSTERESIS:
-        rows = rows[_usable_rows(measurement)]
+        rows = rows[usable_rows(measurement)]
         block = rows // _LOOP_BLOCK
     else:
         angle = measurement["output_angle_deg"]
@@ -341,36 +285,13 @@ def _curve_recording(reducer: AsBuiltReducer, measurement: Measurement) -> Recor
         notes.append(f"{np.count_nonzero(erroneous)} reading errors are omitted")
         rows, block = rows[~erroneous], block[~erroneous]
     if measurement.kind is HYSTERESIS:
-        noise = _loop_noise(residual[rows], rows, measurement)
+        noise = loop_noise(reducer, residual[rows], rows, measurement)
     else:
         noise = estimate_noise(residual[rows], rows, measurement.stated_noise)
     drift = _drift(reducer, measurement, residual[rows], rows, noise)
     held_out = block % _HELD_OUT == 2
     found = Recording(measurement, 0, rows, held_out, noise, tuple(notes), predicted=predicted, drift=drift)
     return replace(found, notes=(*notes, *_drift_note(found)))
-
-
-def _loop_noise(residual: FloatArray, rows: IntArray, measurement: Measurement) -> Noise:
-    scatter = residual, rows
-    contrasts = contrasts_of_branches(residual, rows, measurement["torque_nm"])
-    # Effects that follow the torque alone vanish in contrasts; play and creep are larger there than in the rows.
-    if contrasts is not None and _scatters_less(contrasts, scatter):
-        scatter = contrasts
-    noise = estimate_noise(*scatter, stated=measurement.stated_noise)
-    if noise.rho > _SMOOTHED:
-        # Averaged and smoothed: what varies slowly along the branches is the reducer, not the reading.
-        return local_noise(residual, rows, measurement.stated_noise)
-    return noise
-
-
-def _scatters_less(one: tuple[FloatArray, IntArray], other: tuple[FloatArray, IntArray]) -> bool:
-    """Whether rows, with their numbers, scatter less than others by more than chance (F test)."""
-    from scipy.special import fdtrc
-
-    (small, few), (large, many) = scatter_about_cubics(*one), scatter_about_cubics(*other)
-    if min(few, many) == 0 or small == 0.0:
-        return False
-    return bool(fdtrc(many, few, large / small) < _CHANCE)
 
 
 def _drift_note(recording: Recording) -> list[str]:

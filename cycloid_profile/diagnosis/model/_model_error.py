@@ -17,16 +17,17 @@ from cycloid_profile.contact.bodies import DiscCompliance, displacements_by_hole
 from cycloid_profile.contact.mesh import Meshing
 from cycloid_profile.contact.stage import LoadedContacts
 from cycloid_profile.diagnosis import _tuned as tuned
-from cycloid_profile.diagnosis.data._smooth_forms import forms_of_scan, hat_functions, waves
-from cycloid_profile.diagnosis.data.noise import Noise
-from cycloid_profile.diagnosis.data.recording import (
+from cycloid_profile.diagnosis.data._loops import (
     FRICTION_MARGIN,
     NEAR_ZERO,
-    Recording,
     load_direction,
+    path_error_share,
     torque_since_reversal,
 )
-from cycloid_profile.diagnosis.model.priors import body_error, priors_of
+from cycloid_profile.diagnosis.data._smooth_forms import forms_of_scan, hat_functions, waves
+from cycloid_profile.diagnosis.data.noise import Noise
+from cycloid_profile.diagnosis.data.recording import Recording
+from cycloid_profile.diagnosis.model.priors import body_error
 from cycloid_profile.effects import AsBuiltReducer, loop_branches
 from cycloid_profile.errors import CycloidError
 from cycloid_profile.geometry import Trochoid
@@ -172,7 +173,7 @@ def path_error(reducer: AsBuiltReducer, curve: LinearisedCurve, recording: Recor
 
     Their width is a share of the whole twist.
     """
-    share = tuned.LOOP_PATH[priors_of(reducer).quality]
+    share = path_error_share(reducer)
     if recording.kind is not HYSTERESIS or not share:
         return np.zeros((recording.rows.size, 0))
     torque = recording.measurement["torque_nm"]
@@ -187,7 +188,7 @@ def branch_error(
 
     ``size``: twist of which it is a share, the whole twist if None.
     """
-    share = tuned.LOOP_PATH[priors_of(reducer).quality]
+    share = path_error_share(reducer)
     if not share:
         return np.zeros((recording.rows.size, 0))
     torque = recording.measurement["torque_nm"]
@@ -333,7 +334,7 @@ def law_error(signature: FloatArray, reducer: AsBuiltReducer, recording: Recordi
     A power law, a spring of rising stiffness and a curve of three slopes differ by as much; shape (rows, octaves). Of
     printed parts the error of the path is larger.
     """
-    if tuned.LOOP_PATH[priors_of(reducer).quality]:
+    if path_error_share(reducer):
         return np.zeros((signature.size, 0))
     torque = np.abs(recording.measurement["torque_nm"])
     octave = np.log2(np.max(torque) / np.maximum(torque[recording.rows], 1e-9 * np.max(torque)))

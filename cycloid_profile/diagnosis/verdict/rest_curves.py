@@ -34,13 +34,10 @@ class EmpiricalFit:
         return f"{self.file}: the rest becomes {self.effect.name}, {self.effect.label}: {rms}"
 
 
-def exceed_noise(residuals: Sequence[Residuals]) -> bool:
+def exceeds_noise(one: Residuals) -> bool:
     """Whether a loop leaves several times its noise: the error of the model of a printed reducer may."""
-    return any(
-        one.recording.kind is HYSTERESIS
-        and fitted_rms(one, ~one.recording.held_out) > _MANY * one.recording.noise.sigma
-        for one in residuals
-    )
+    recording = one.recording
+    return recording.kind is HYSTERESIS and fitted_rms(one, ~recording.held_out) > _MANY * recording.noise.sigma
 
 
 def empirical_fits(residuals: Sequence[Residuals]) -> tuple[EmpiricalFit, ...]:

@@ -39,7 +39,7 @@ from cycloid_profile.diagnosis.verdict._alternatives import (
     sign_notes,
 )
 from cycloid_profile.diagnosis.verdict.nearest_effects import NearestEffect, nearest
-from cycloid_profile.diagnosis.verdict.rest_curves import EmpiricalFit, empirical_fits, exceed_noise
+from cycloid_profile.diagnosis.verdict.rest_curves import EmpiricalFit, empirical_fits, exceeds_noise
 from cycloid_profile.diagnosis.verdict.result import Diagnosis, FileGap, NamedEffect
 from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.measurement import PROFILE_SCAN, Measurement, scanned_disc
@@ -152,6 +152,14 @@ class _Explanation:
         """The effects that explain most alone, whatever their size."""
         return nearest(self.detected.everything, self.detected.equations)
 
+    @cached_property
+    def rest(self) -> Finding | None:
+        """The largest place that is left; of a loop also one that only the error of the model may explain."""
+        if self.worst is not None:
+            return self.worst
+        beyond = [one for one in self.detected.everything.at(self.final).blocks if exceeds_noise(one.residuals)]
+        return largest_finding(detect(beyond, None, within_accuracy=True)) if beyond else None
+
     def part(self, some: Sequence[int]) -> _Explanation | None:
         """Explanation by some members alone, None if they fit at no plausible size."""
         whole = self.found.best
@@ -242,10 +250,10 @@ def _result(explanation: _Explanation, files: _Files, not_seen: NotSeen, progres
     notes += [one.sentence for one in near if one.too_large]
     empirical: tuple[EmpiricalFit, ...] = ()
     model = explanation.found.model
-    left = (model.at(best) if effects else model.baseline).residuals
-    if explanation.worst is not None or not effects or exceed_noise(left):
+    rest = explanation.rest if effects else largest_finding(detected.detection)
+    if rest is not None:
         progress("fitting smooth curves to what is left")
-        empirical = empirical_fits(left)
+        empirical = empirical_fits((model.at(best) if effects else model.baseline).residuals)
         notes += [one.sentence for one in empirical]
     return Diagnosis(
         reducer,
@@ -255,7 +263,7 @@ def _result(explanation: _Explanation, files: _Files, not_seen: NotSeen, progres
         detected.detection,
         explanation.after_effects,
         where,
-        explanation.worst if effects else largest_finding(detected.detection),
+        rest,
         near,
         not_seen,
         _gaps(explanation, files, corrected, bool(effects)),

@@ -123,8 +123,7 @@ def headline(diagnosis: Diagnosis) -> str:
     """The verdict in one sentence."""
     if diagnosis.effects:
         missing = "; and ".join(describe_effect(one) for one in diagnosis.effects)
-        rest = "; the residual holds a further effect that is not in the library" if diagnosis.remainder else ""
-        return f"The simulation lacks {missing}{rest}."
+        return f"The simulation lacks {missing}{_rest(diagnosis)}."
     if diagnosis.verdict == "unknown_effect":
         place = diagnosis.where[0] if diagnosis.where else diagnosis.remainder
         where = "" if place is None else f": {describe_place(place, diagnosis)}"
@@ -132,6 +131,16 @@ def headline(diagnosis: Diagnosis) -> str:
     if diagnosis.detection.significant:
         return "Measurement and simulation agree within the accuracy of the simulation."
     return "Measurement and simulation agree within the noise."
+
+
+def _rest(diagnosis: Diagnosis) -> str:
+    """What the effects leave; empty if it is noise."""
+    if diagnosis.remainder is None:
+        return ""
+    if diagnosis.residual_detection.significant:
+        return "; the residual holds a further effect that is not in the library"
+    place = describe_place(diagnosis.remainder, diagnosis)
+    return f"; the residual exceeds the noise, though not the error of the model: {place}"
 
 
 def diagnosis_verdict(diagnosis: Diagnosis) -> Verdict:
@@ -184,7 +193,11 @@ def confidence(diagnosis: Diagnosis) -> list[str]:
 
 def _residual(diagnosis: Diagnosis) -> str:
     if not diagnosis.residual_detection.significant:
-        return "no more than noise"
+        return (
+            "no more than noise"
+            if diagnosis.remainder is None
+            else "more than noise, but within the error of the model"
+        )
     if diagnosis.remainder is not None:
         return "more than noise, and unexplained"
     if diagnosis.residual_detection.significant_findings:
