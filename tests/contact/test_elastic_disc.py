@@ -20,7 +20,7 @@ from cycloid_profile.contact.bodies import (
     stage_compliance,
     support_model,
 )
-from cycloid_profile.contact.bodies.disc._elements import (
+from cycloid_profile.contact.bodies.elastic_disc._elements import (
     _below,
     _displacements,
     _inwards,
@@ -120,7 +120,7 @@ def test_a_kept_compliance_is_that_of_its_discs_and_poses(elastic):
 
 
 def test_a_compliance_that_is_too_large_is_not_kept(elastic, monkeypatch):
-    from cycloid_profile.contact.bodies.disc import displacements
+    from cycloid_profile.contact.bodies.elastic_disc import displacements
 
     trochoid, angle = elastic.drive.trochoid, np.array([0.4, 1.2])
     size = stage_compliance(elastic.disc_bodies, mesh(trochoid, angle, 2)).nbytes
@@ -359,7 +359,7 @@ def test_a_flipped_bit_and_a_foreign_file_are_refused(elastic, tmp_path):
 
 @pytest.mark.parametrize("how", ["flipped bit", "other disc", "folder", "too large", "no cache"])
 def test_a_cache_that_is_damaged_changes_no_number(how, rv40e, elastic, tmp_path, monkeypatch):
-    from cycloid_profile.contact.bodies.disc import finite_elements
+    from cycloid_profile.contact.bodies.elastic_disc import finite_elements
     from cycloid_profile.resources import LIMITS, Limit
 
     computed: list[str] = []

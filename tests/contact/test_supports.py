@@ -14,7 +14,7 @@ from scipy.sparse import csc_array, eye_array
 
 from cycloid_profile.contact import LoadCase, Material, Pillars, PinSeats, RingBody, Supports
 from cycloid_profile.contact.bodies import PartDeviations, disc_compliance, pin_normals, stage_compliance
-from cycloid_profile.contact.bodies.disc._elements import (
+from cycloid_profile.contact.bodies.elastic_disc._elements import (
     _displacements,
     _inwards,
     _three_fixed,

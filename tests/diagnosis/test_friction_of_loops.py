@@ -82,6 +82,16 @@ def test_a_loop_shows_its_friction_however_much_play_it_has(play: float) -> None
     assert loop_of_play(0.1, play).shown_friction_nm == 0.0
 
 
+def test_what_varies_slowly_along_a_printed_loop_is_not_its_noise() -> None:
+    still = loop_of_play(2.0).measurement
+    row = np.arange(still.rows)
+    reading = 0.1 * np.random.default_rng(4).normal(size=row.size)
+    wander = still["angle_arcmin"] + 3.0 * np.sin(0.15 * row) + reading
+    noise = record(printed(), replace(still, columns={**still.columns, "angle_arcmin": wander})).noise
+    assert noise.is_white
+    assert noise.sigma == pytest.approx(0.1, rel=0.35)
+
+
 def test_rows_in_the_play_are_not_compared() -> None:
     used = loop_of_play(2.0)
     angle = used.measurement["angle_arcmin"][used.rows]
@@ -91,7 +101,7 @@ def test_rows_in_the_play_are_not_compared() -> None:
 
 def test_friction_that_holds_a_stiff_stage_is_determined_by_its_whole_response() -> None:
     friction = one("coulomb_friction")
-    # In this noise the slope at the rows that do not move to the other flank is not seen.
+    # Correlated noise of this size hides the slope at the rows that do not move to the other flank.
     loop = ExactModel(printed(), [replace(measured().recordings[0], noise=Noise(4.0, 0.8))])
     found = loop.optimum(Attempt((friction,), np.array([0.66, 0.0])), 0.0)
     assert found is not None

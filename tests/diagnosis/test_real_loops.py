@@ -61,7 +61,8 @@ def test_friction_and_a_compliance_or_play_are_named(
     assert names & GIVES_WAY
     (gap,) = found.gaps
     assert 1.0 - gap.held_out_after / gap.held_out_before > 0.8
-    # Minutes of arc above a noise of a tenth to two have a place, though a printed reducer may err by as much.
+    # Minutes of arc above a noise of 0.1′ to 2′ have a place, though a printed reducer may err by as much.
+    assert found.within_model_error
     assert found.remainder is not None
     assert found.remainder.coordinate == "row"
     assert found.remainder.file == name

@@ -20,6 +20,7 @@ from cycloid_profile.diagnosis import (
     NearestEffect,
     Residuals,
     candidate_of,
+    diagnosis_to_json,
     nuisance_fitted,
     priors_of,
     record,
@@ -149,6 +150,20 @@ def test_before_and_after_have_one_scale(found: Diagnosis) -> None:
     assert maps[0] == maps[1]
     assert maps[0][0] == -maps[0][1]
     assert "magnified" in figure.axes[0].get_title()
+
+
+def test_only_what_the_error_of_the_model_cannot_explain_is_a_further_effect(found: Diagnosis, tmp_path: Path) -> None:
+    within = replace(found, remainder=found.where[1])
+    beyond = replace(within, residual_detection=found.detection)
+    for diagnosis, inside in ((within, True), (beyond, False)):
+        page = re.sub(r"</?abbr[^>]*>", "", diagnosis_report(diagnosis, "plain", tmp_path, [], None))
+        assert ("within the error of the model: rows 2 to 3" in headline(diagnosis)) is inside
+        assert ("further effect" in headline(diagnosis)) is not inside
+        assert ("Residual within the error of the model" in page) is inside
+        assert ("nexplained" in page) is not inside
+        rest = diagnosis_to_json(diagnosis, "plain")["remainder"]
+        assert rest["within_model_error"] is inside
+        assert (rest["p_value"] is None) is inside
 
 
 def test_files_of_one_name_have_files_of_their_own(found: Diagnosis) -> None:

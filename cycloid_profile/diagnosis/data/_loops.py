@@ -20,7 +20,7 @@ FRICTION_MARGIN = 0.25  # of friction, which a loop shows to this share: the lim
 _MIDDLE, _ANGLES = 0.3, 41  # share of the range of angles, and angles in it, at which the branches are compared
 _RANGE = 0.02, 0.98  # of the rows: few reading errors are beyond
 # Share of the largest torque after a reversal that is omitted: the friction law at reversals is uncertain.
-NEAR_TURN = 0.05
+_NEAR_TURN = 0.05
 _CHANCE = 0.05  # that contrasts of branches scatter so much less than rows of the same noise
 _SMOOTHED = 0.85  # correlation of neighbours that no reading of a loop has
 
@@ -30,7 +30,7 @@ def usable_rows(measurement: Measurement) -> BoolArray:
     torque, friction = measurement["torque_nm"], shown_friction(measurement)
     peak = float(np.max(np.abs(torque)))
     transmitted = transmitted_torque(torque, friction, 0.0, preceding_sign(measurement))
-    near = torque_since_reversal(torque, load_direction(torque)) < NEAR_TURN * peak
+    near = torque_since_reversal(torque, load_direction(torque)) < _NEAR_TURN * peak
     return (np.abs(transmitted) >= NEAR_ZERO * peak + FRICTION_MARGIN * friction) & ~near
 
 

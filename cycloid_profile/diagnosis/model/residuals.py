@@ -133,14 +133,9 @@ class Residuals:
     @cached_property
     def _load_error(self) -> FloatArray:
         curve = self.first_order
-        return np.hstack([load_error(self.reducer, curve), hole_error(self.reducer, curve), self._uneven_discs])
-
-    @cached_property
-    def _uneven_discs(self) -> FloatArray:
-        """Error by discs softer in some directions, of the reducer without effects: it takes longer than the others."""
-        if self._bare is not None:
-            return self._bare._uneven_discs
-        return uneven_discs(self.reducer, self.first_order)
+        return np.hstack(
+            [load_error(self.reducer, curve), hole_error(self.reducer, curve), uneven_discs(self.reducer, curve)]
+        )
 
     @cached_property
     def _order_error(self) -> FloatArray:

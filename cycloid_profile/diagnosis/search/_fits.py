@@ -54,7 +54,7 @@ def empty_fit(model: ExactModel) -> Fit:
 
 
 class Fits:
-    """The best fit of each set, the model without effects first."""
+    """The best fit of each set, the model without effects first, and the model of each lobe index."""
 
     def __init__(self, model: ExactModel) -> None:
         none = empty_fit(model)
@@ -80,6 +80,12 @@ class Fits:
         if known is None or fit.optimum.log_evidence > known.optimum.log_evidence:
             self._best[fit.key] = fit
 
+    def _keep_closer(self, fit: Fit) -> None:
+        """Keep a fit, unless one of the same set leaves no more."""
+        known = self._best.get(fit.key)
+        if known is None or fit.optimum.misfit < known.optimum.misfit:
+            self._best[fit.key] = fit
+
     @property
     def ranked(self) -> list[Fit]:
         """All fits by decreasing evidence."""
@@ -98,7 +104,7 @@ class Fits:
             if members and one.evidence > ranked[0].evidence - tuned.DISTINGUISHED:
                 closer = self.model(one.offsets).optimum(Attempt(members, one.optimum.u), library.prior(members))
                 if closer is not None:
-                    self.keep(Fit(closer, one.offsets))
+                    self._keep_closer(Fit(closer, one.offsets))
 
     def _ranked_at_variance(self, variance: float) -> list[Fit]:
         """All fits by decreasing evidence, with this ``variance`` in units of that of the noise, at least 1.
@@ -155,7 +161,7 @@ class Fits:
             members, start = fit.optimum.part([k for k in range(size) if k != i])
             optimum = model.optimum(Attempt(members, start), library.prior(members))
             if optimum is not None and not optimum.implausible and len(determined(model, optimum)) == len(members):
-                self.keep(Fit(optimum, fit.offsets))
+                self._keep_closer(Fit(optimum, fit.offsets))
             key = frozenset(members), fit.offsets
             if key in self:
                 found.append(self._best[key])

@@ -27,7 +27,7 @@ def diagnosis_to_json(diagnosis: Diagnosis, name: str) -> dict[str, Any]:
             for one in diagnosis.effects
         ],
         "where": [_place(finding) for finding in diagnosis.where],
-        "remainder": None if diagnosis.remainder is None else _place(diagnosis.remainder),
+        "remainder": _remainder(diagnosis),
         "nearest": [
             {
                 "name": one.name,
@@ -123,6 +123,14 @@ def detectable_text(size: float, parameter: str, symbols: bool = False) -> str:
 def rounded(values: Mapping[str, Any]) -> dict[str, Any]:
     """The same mapping with floats rounded to ``_DIGITS`` significant digits."""
     return {key: rounded_number(value) if isinstance(value, float) else value for key, value in values.items()}
+
+
+def _remainder(diagnosis: Diagnosis) -> dict[str, Any] | None:
+    if diagnosis.remainder is None:
+        return None
+    within = diagnosis.within_model_error
+    # The tests allow for the error of the model: they have no probability for what it may explain.
+    return _place(diagnosis.remainder) | ({"p_value": None} if within else {}) | {"within_model_error": within}
 
 
 def _place(finding: Finding) -> dict[str, Any]:

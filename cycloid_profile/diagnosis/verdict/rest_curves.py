@@ -35,7 +35,7 @@ class EmpiricalFit:
 
 
 def exceeds_noise(one: Residuals) -> bool:
-    """Whether a loop leaves several times its noise: the error of the model of a printed reducer may."""
+    """Whether a loop leaves several times its noise: the error of the model may."""
     recording = one.recording
     return recording.kind is HYSTERESIS and fitted_rms(one, ~recording.held_out) > _MANY * recording.noise.sigma
 

@@ -95,8 +95,8 @@ class Diagnosis(Described):
     """Result of a diagnosis; ``verdict`` is ``agrees``, ``effects_found`` or ``unknown_effect``.
 
     ``detection``: tests without the named effects; ``residual_detection``: tests with them. ``where``: significant
-    places without them. ``remainder``: largest unexplained residual, or None. ``nearest``: known effects most similar
-    to an unknown effect. ``not_seen``: smallest detectable size of every effect and the name of its parameter.
+    places without them. ``remainder``: largest place that the effects leave, or None. ``nearest``: known effects most
+    similar to an unknown effect. ``not_seen``: smallest detectable size of every effect and the name of its parameter.
     ``log_evidence``: of the best set. ``empirical``: smooth curves for what the effects leave.
     """
 
@@ -114,6 +114,11 @@ class Diagnosis(Described):
     notes: tuple[str, ...]
     log_evidence: float
     empirical: tuple[EmpiricalFit, ...] = ()
+
+    @property
+    def within_model_error(self) -> bool:
+        """Whether the error of the model may explain all that the effects leave beyond the noise."""
+        return bool(self.effects) and not self.residual_detection.significant_findings
 
     def _key_figures(self) -> Mapping[str, str]:
         effects = {

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from cycloid_profile.diagnosis import _tuned as tuned
+from cycloid_profile.diagnosis.data._loops import path_error_share
 from cycloid_profile.diagnosis.data.recording import Recording, for_validation_only, record, use_all_rows
 from cycloid_profile.diagnosis.data.repeats import with_drift_of_instrument, with_noise_of_repeats
 from cycloid_profile.diagnosis.data.screening import screen_files
@@ -154,11 +155,12 @@ class _Explanation:
 
     @cached_property
     def rest(self) -> Finding | None:
-        """The largest place that is left; of a loop also one that only the error of the model may explain."""
-        if self.worst is not None:
+        """The largest place that is left; of printed reducers also one that the error of the path may explain."""
+        if self.worst is not None or not path_error_share(self.detected.model.reducer):
             return self.worst
         beyond = [one for one in self.detected.everything.at(self.final).blocks if exceeds_noise(one.residuals)]
-        return largest_finding(detect(beyond, None, within_accuracy=True)) if beyond else None
+        found = detect(beyond, None, within_accuracy=True)
+        return largest_finding(found) if found.significant_findings else None
 
     def part(self, some: Sequence[int]) -> _Explanation | None:
         """Explanation by some members alone, None if they fit at no plausible size."""
@@ -250,10 +252,10 @@ def _result(explanation: _Explanation, files: _Files, not_seen: NotSeen, progres
     notes += [one.sentence for one in near if one.too_large]
     empirical: tuple[EmpiricalFit, ...] = ()
     model = explanation.found.model
-    rest = explanation.rest if effects else largest_finding(detected.detection)
-    if rest is not None:
+    left = (model.at(best) if effects else model.baseline).residuals
+    if explanation.worst is not None or not effects or any(exceeds_noise(one) for one in left):
         progress("fitting smooth curves to what is left")
-        empirical = empirical_fits((model.at(best) if effects else model.baseline).residuals)
+        empirical = empirical_fits(left)
         notes += [one.sentence for one in empirical]
     return Diagnosis(
         reducer,
@@ -263,7 +265,7 @@ def _result(explanation: _Explanation, files: _Files, not_seen: NotSeen, progres
         detected.detection,
         explanation.after_effects,
         where,
-        rest,
+        explanation.rest if effects else largest_finding(detected.detection),
         near,
         not_seen,
         _gaps(explanation, files, corrected, bool(effects)),

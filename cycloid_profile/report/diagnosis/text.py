@@ -137,10 +137,10 @@ def _rest(diagnosis: Diagnosis) -> str:
     """What the effects leave; empty if it is noise."""
     if diagnosis.remainder is None:
         return ""
-    if diagnosis.residual_detection.significant:
+    if not diagnosis.within_model_error:
         return "; the residual holds a further effect that is not in the library"
     place = describe_place(diagnosis.remainder, diagnosis)
-    return f"; the residual exceeds the noise, though not the error of the model: {place}"
+    return f"; the residual exceeds the noise, within the error of the model: {place}"
 
 
 def diagnosis_verdict(diagnosis: Diagnosis) -> Verdict:
@@ -192,17 +192,13 @@ def confidence(diagnosis: Diagnosis) -> list[str]:
 
 
 def _residual(diagnosis: Diagnosis) -> str:
-    if not diagnosis.residual_detection.significant:
-        return (
-            "no more than noise"
-            if diagnosis.remainder is None
-            else "more than noise, but within the error of the model"
-        )
-    if diagnosis.remainder is not None:
+    if not diagnosis.within_model_error:
         return "more than noise, and unexplained"
-    if diagnosis.residual_detection.significant_findings:
-        return "more than noise, but less than a twentieth of the first gap, hence unnamed"
-    return "more than noise, but within the accuracy of the simulation"
+    if diagnosis.remainder is not None:
+        return "more than noise, but within the error of the model"
+    if diagnosis.residual_detection.significant:
+        return "more than noise, but within the accuracy of the simulation"
+    return "no more than noise"
 
 
 def _range(finding: Finding, diagnosis: Diagnosis) -> str:

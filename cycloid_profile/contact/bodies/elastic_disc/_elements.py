@@ -14,7 +14,7 @@ from skfem.models.elasticity import linear_elasticity
 from threadpoolctl import threadpool_limits
 
 from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
-from cycloid_profile.contact.bodies.disc._mesh import triangulated, xy
+from cycloid_profile.contact.bodies.elastic_disc._mesh import triangulated, xy
 
 _ABREAST = 32  # loads solved at once; more need more memory and no less time
 

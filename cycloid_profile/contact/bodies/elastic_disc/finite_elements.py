@@ -1,4 +1,4 @@
-"""Compliance of a disc from finite elements of its outline, computed once (docs/theory.md, Eqs. 81–84).
+"""Compliance of a disc from finite elements of its outline, computed once (docs/theory.md, Eqs. 83, 84).
 
 A finite-element model of the outline is condensed to a matrix between points on the flanks and the bearings. Near a
 contact the contact law counts the deformation down to the depth of the pin radius, the matrix counts the rest.
@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from cycloid_profile.arrays import ComplexArray, FloatArray
-from cycloid_profile.contact.bodies.disc.compliance import FORMAT, DiscCompliance, read_disc_compliance
+from cycloid_profile.contact.bodies.elastic_disc.compliance import FORMAT, DiscCompliance, read_disc_compliance
 from cycloid_profile.errors import GeometryError, LoadError, ResourceError
 from cycloid_profile.geometry import Contour, DiscOutline
 from cycloid_profile.resources import Need
@@ -112,7 +112,7 @@ class _Sizes:
         from shapely import MultiPolygon, Polygon, affinity
         from shapely.ops import unary_union
 
-        from cycloid_profile.contact.bodies.disc._mesh import xy
+        from cycloid_profile.contact.bodies.elastic_disc._mesh import xy
 
         openings = unary_union(MultiPolygon([Polygon(xy(one.points(_FINE_CHORD))) for one in self.outline.contours]))
         lobes, bearings = self.outline.profile.trochoid.lobes, max(len(self.named[0]), 1)
@@ -180,8 +180,8 @@ def _cache_folder() -> Path:
 def _computed(key: str, sizes: _Sizes, poisson_ratio: float) -> DiscCompliance:
     import shapely
 
-    from cycloid_profile.contact.bodies.disc._elements import condensed
-    from cycloid_profile.contact.bodies.disc._mesh import xy
+    from cycloid_profile.contact.bodies.elastic_disc._elements import condensed
+    from cycloid_profile.contact.bodies.elastic_disc._mesh import xy
 
     tooth = sizes.outline.profile
     names = [one.name for one in sizes.outline.contours]

@@ -1,4 +1,7 @@
-"""Compliance of all discs of a stage at its poses, and how far flanks and bearing holes give way under the forces."""
+"""Compliance of all discs of a stage at its poses, and how far flanks and bearing holes give way under the forces.
+
+docs/theory.md, Eqs. 81, 82.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,7 @@ from threading import Lock
 import numpy as np
 
 from cycloid_profile.arrays import FloatArray
-from cycloid_profile.contact.bodies.disc.compliance import DiscCompliance
+from cycloid_profile.contact.bodies.elastic_disc.compliance import DiscCompliance
 from cycloid_profile.contact.mesh import Meshing, mesh
 from cycloid_profile.geometry import Trochoid
 
@@ -25,7 +28,7 @@ def stage_compliance(discs: tuple[DiscCompliance, ...], meshing: Meshing) -> Flo
     Forces of the pins, disc by disc, then both components of each bearing in the housing frame. Without ``discs``, of
     rigid discs, there are no forces. An array that ``kept_compliance`` keeps is returned itself: do not write into it.
     """
-    from cycloid_profile.contact.bodies.disc._kernels import fill_compliances
+    from cycloid_profile.contact.bodies.elastic_disc._kernels import fill_compliances
 
     poses, count, pins = meshing.phase.shape
     if not discs:
