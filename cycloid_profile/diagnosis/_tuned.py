@@ -23,7 +23,8 @@ EXCHANGES = 3  # kinds of sets with one effect exchanged, fitted for each member
 # Best sets whose neighbours are fitted, on few rows and on all; half as many single effects come before them.
 BEAM, BEAM_ON_ALL_ROWS = 6, 2
 EXPANSIONS, EXPANSIONS_ON_ALL_ROWS = 12, 4  # sets whose neighbours are fitted at most
-FITS, FITS_ON_ALL_ROWS = 150, 24  # exact fits at most, before those of parts of the best set
+# Exact fits without a clearly better set, after which the search ends, before those of parts of the best set.
+FITS, FITS_ON_ALL_ROWS = 75, 24
 LEAST_GAIN = 0.5  # of chi² by a further step of a fit in the search
 OPEN = 12.0  # of the evidence on all rows: sets this much worse than the best are not pursued
 # Of the evidence: the same for large effects, whose linear equations err; on all rows they start near the optimum.

@@ -123,8 +123,8 @@ class _Stage:
     """Search on one selection of rows.
 
     ``beam``: number of leading sets whose neighbours are fitted, after those of half as many single effects. ``error``:
-    share by which linear evidence may err. ``budget``: exact fits at most. ``limited``: neighbours of a leading set
-    were left out.
+    share by which linear evidence may err. ``patience``: exact fits without a clearly better set, after which it
+    ends. ``limited``: neighbours of a leading set were left out.
     """
 
     def __init__(
@@ -134,10 +134,12 @@ class _Stage:
         progress: Callable[[str], None],
         beam: int,
         error: float,
-        budget: int,
+        patience: int,
     ) -> None:
         self.library, self.progress, self.limited = library, progress, False
-        self._beam, self._error, self._left = beam, 0.0 if model.only_scans else error, budget
+        self._beam, self._error = beam, 0.0 if model.only_scans else error
+        self._patience = self._left = patience
+        self._reached = 0.0
         self.fits = Fits(model)
         self._first = model
         self._tried: set[tuple[Key, bytes]] = set()
@@ -236,6 +238,8 @@ class _Stage:
             rest, u = optimum.part(determined(model, optimum))
             if len(rest) == len(one.members):
                 self.fits.keep(Fit(optimum, one.offsets))
+                if self.fits.best.evidence > self._reached + tuned.DISTINGUISHED:
+                    self._reached, self._left = self.fits.best.evidence, self._patience
             elif rest and (frozenset(rest), one.offsets) not in self.fits:
                 waiting.append(Proposal(rest, u, one.offsets))
 
