@@ -39,7 +39,10 @@ DIAGNOSIS = {
     "where": [
         {"file": "scan.csv", "coordinate": "lobe", "from": 10, "to": 11, "rms_um": 2.1, "p_value": 1e-9},
     ],
-    "remainder": None,
+    "remainder": {
+        "file": "loop.csv", "coordinate": "row", "from": 124, "to": 128, "rms_arcmin": 11.8, "p_value": None,
+        "within_model_error": True,
+    },
     "nearest": [],
     "not_seen": [],
     "gap": [
@@ -110,6 +113,8 @@ def test_a_diagnosis_names_its_effects_at_every_width(terminal: Terminal) -> Non
     width, shown = terminal.width, terminal.diagnosis
     for name in ("pin_ring_cumulative_pitch", "generating_eccentricity_error", "scan_of_the_first_specimen.csv"):
         assert name in shown
+    assert "left by the effects" in shown
+    assert "124 to 128" in " ".join(shown.split())
     assert max(map(cell_len, shown.splitlines())) <= width
     assert not {"′", "[′]", "[mm]", "[µm]"} & {line.strip() for line in shown.splitlines()}
 

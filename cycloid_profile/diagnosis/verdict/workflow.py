@@ -245,9 +245,9 @@ def _result(explanation: _Explanation, files: _Files, not_seen: NotSeen, progres
         notes += [*left_out, *location_notes(effects)]
         notes += [*rotation_notes(everything, final), *sign_notes(everything, final)]
     corrected = _reducer_with(reducer, effects)
-    where = _places(detected.detection) or _places(
-        detect(detected.everything.baseline.blocks, None, within_accuracy=True)
-    )
+    # The error of the path of printed reducers would take most of what is there.
+    where = () if path_error_share(reducer) else _places(detected.detection)
+    where = where or _places(detect(detected.everything.baseline.blocks, None, within_accuracy=True))
     near = () if effects else explanation.nearest
     notes += [one.sentence for one in near if one.too_large]
     empirical: tuple[EmpiricalFit, ...] = ()

@@ -32,6 +32,11 @@ def diagnosis_tables(values: Mapping[str, Any]) -> Iterator[PlainTable]:
     )
     if places:
         yield PlainTable("where", ("file", "coordinate", "at", "size", "p"), places[:_MOST_PLACES])
+    if values["effects"] and values["remainder"]:
+        rest = values["remainder"]
+        cause = "the error of the model, perhaps" if rest["within_model_error"] else "none in the library"
+        row = (rest["file"], rest["coordinate"], _range_text(rest), _size_text(rest), cause)
+        yield PlainTable("left by the effects", ("file", "coordinate", "at", "size", "cause"), (row,))
     if values["nearest"]:
         shares = tuple((n["name"], f"{100.0 * n['share_explained']:.0f} %", n["why_not"]) for n in values["nearest"])
         yield PlainTable("nearest effects", ("effect", "explains", "rejected because"), shares)
