@@ -83,6 +83,6 @@ def _not_named(found: Correction, diagnosis: Diagnosis, remainder_asked: bool) -
         return [remainder_text(found.remainder)]
     if remainder_asked:
         return ["no smooth remainder exceeds the noise: none is corrected"]
-    if diagnosis.remainder is not None and not diagnosis.within_model_error:
+    if diagnosis.unexplained:
         return ["an unexplained residual remains: --remainder corrects its smooth part"]
     return []

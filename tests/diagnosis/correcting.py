@@ -86,7 +86,9 @@ def named(one: Effect, *others: str) -> NamedEffect:
 def found(reducer: AsBuiltReducer, effects: list[NamedEffect], *scans: Measurement) -> Any:
     """A diagnosis with the named effects, without a search."""
     gaps = tuple(SimpleNamespace(recording=record(reducer, scan)) for scan in scans)
-    return SimpleNamespace(reducer=reducer, effects=tuple(effects), gaps=gaps, verdict="effects_found", remainder=None)
+    return SimpleNamespace(
+        reducer=reducer, effects=tuple(effects), gaps=gaps, verdict="effects_found", remainder=None, unexplained=False
+    )
 
 
 def scan_of(reducer: AsBuiltReducer, seed: int, noise: float = NOISE) -> Measurement:

@@ -26,7 +26,7 @@ from cycloid_profile.diagnosis import diagnose
 from cycloid_profile.measurement import parse_measurement
 from cycloid_profile.spec import parse_spec
 from tests.diagnosis.blind import Case, Hidden, draw_case, spec_text
-from tests.diagnosis.protocol import JUDGED, WIDE_GROUP, judged, score, unexplained
+from tests.diagnosis.protocol import JUDGED, WIDE_GROUP, judged, score
 from tests.diagnosis.workers import one_core
 
 FROZEN = Path(__file__).parent / "frozen" / "answers_0_3.json"
@@ -60,7 +60,7 @@ def ask_again(row: Mapping[str, Any]) -> dict[str, Any]:
             "verdict": found.verdict,
             "named": [{"name": one.candidate.name} | dict(one.parameters) for one in found.effects],
             "groups": [list(one.group) for one in found.effects],
-            "remainder": unexplained(found),
+            "remainder": found.unexplained,
         }
     except Exception as error:  # a crash counts as an outcome
         answer |= {"verdict": "failed", "named": [], "groups": [], "remainder": False, "error": str(error)}

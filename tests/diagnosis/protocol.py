@@ -177,13 +177,8 @@ def _read(files: Mapping[str, str]) -> tuple[list[Measurement], list[int]]:
     return [parse_measurement(text, f"{name}.csv") for name, text in files.items()], [int(n == "scan2") for n in files]
 
 
-def unexplained(found: Diagnosis) -> bool:
-    """Whether the effects leave more than noise and error of the model."""
-    return found.remainder is not None and not found.within_model_error
-
-
 def _outcome(names: Sequence[str], found: Diagnosis) -> str:
-    return score(names, found.verdict, [list(e.group) for e in found.effects], unexplained(found))
+    return score(names, found.verdict, [list(e.group) for e in found.effects], found.unexplained)
 
 
 def _wide(case: Case, files: Sequence[str], found: Diagnosis, any_drive: bool) -> bool:

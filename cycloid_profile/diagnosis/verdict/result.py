@@ -120,6 +120,11 @@ class Diagnosis(Described):
         """Whether the error of the model may explain all that the effects leave beyond the noise."""
         return bool(self.effects) and not self.residual_detection.significant_findings
 
+    @property
+    def unexplained(self) -> bool:
+        """Whether something is left that the error of the model does not explain."""
+        return self.remainder is not None and not self.within_model_error
+
     def _key_figures(self) -> Mapping[str, str]:
         effects = {
             one.candidate.name: ", ".join(

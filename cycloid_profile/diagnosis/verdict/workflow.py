@@ -153,7 +153,7 @@ class _Explanation:
         """The effects that explain most alone, whatever their size."""
         return nearest(self.detected.everything, self.detected.equations)
 
-    @cached_property
+    @property
     def rest(self) -> Finding | None:
         """The largest place that is left; of printed reducers also one that the error of the path may explain."""
         if self.worst is not None or not path_error_share(self.detected.model.reducer):

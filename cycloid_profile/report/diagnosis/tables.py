@@ -25,18 +25,13 @@ def diagnosis_tables(values: Mapping[str, Any]) -> Iterator[PlainTable]:
         head = ("effect", "parameters", "confused with", "separated by")
         yield PlainTable("missing effects", head, tuple(_effect(one) for one in values["effects"]))
     found = [values["remainder"]] if values["verdict"] == "unknown_effect" else values["where"]
-    places = tuple(
-        (p["file"], p["coordinate"], _range_text(p), _size_text(p), p_value_text(p["p_value"]))
-        for p in found
-        if p is not None
-    )
+    places = tuple(_place(p, p_value_text(p["p_value"])) for p in found if p is not None)
     if places:
         yield PlainTable("where", ("file", "coordinate", "at", "size", "p"), places[:_MOST_PLACES])
     if values["effects"] and values["remainder"]:
         rest = values["remainder"]
         cause = "the error of the model, perhaps" if rest["within_model_error"] else "none in the library"
-        row = (rest["file"], rest["coordinate"], _range_text(rest), _size_text(rest), cause)
-        yield PlainTable("left by the effects", ("file", "coordinate", "at", "size", "cause"), (row,))
+        yield PlainTable("left by the effects", ("file", "coordinate", "at", "size", "cause"), (_place(rest, cause),))
     if values["nearest"]:
         shares = tuple((n["name"], f"{100.0 * n['share_explained']:.0f} %", n["why_not"]) for n in values["nearest"])
         yield PlainTable("nearest effects", ("effect", "explains", "rejected because"), shares)
@@ -50,6 +45,11 @@ def diagnosis_tables(values: Mapping[str, Any]) -> Iterator[PlainTable]:
     if values["verdict"] == "agrees":
         unseen = tuple((n["name"], _with_unit_symbol(n["smallest_detectable"])) for n in values["not_seen"])
         yield PlainTable("smallest detectable size of each effect", ("effect", "size"), unseen)
+
+
+def _place(one: Mapping[str, Any], last: str) -> tuple[str, ...]:
+    """Row of a place, with what its ``last`` column says."""
+    return one["file"], one["coordinate"], _range_text(one), _size_text(one), last
 
 
 def gap_table(diagnosis: Diagnosis) -> PlainTable:
