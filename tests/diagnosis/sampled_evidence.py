@@ -40,9 +40,9 @@ from cycloid_profile.diagnosis.model.flank_grid import FlankGrid
 from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
 from cycloid_profile.diagnosis.model.priors import priors_of
 from cycloid_profile.diagnosis.model.whitened import NormalEquations, normal_equations
+from cycloid_profile.diagnosis.search._proposals import equations_about
 from cycloid_profile.diagnosis.search._subsampling import subsample
 from cycloid_profile.diagnosis.search.lobe_index import index_lobes
-from cycloid_profile.diagnosis.search.search import equations_about
 from cycloid_profile.measurement import PROFILE_SCAN, parse_measurement
 from cycloid_profile.spec import parse_spec
 from tests.diagnosis.blind import Hidden, draw_case, spec_text

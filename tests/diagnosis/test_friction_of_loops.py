@@ -17,8 +17,8 @@ from cycloid_profile.diagnosis.model.exact_model import ExactModel
 from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
 from cycloid_profile.diagnosis.search._determined import _whole_response, determined
 from cycloid_profile.diagnosis.search._fits import empty_fit
+from cycloid_profile.diagnosis.search._proposals import equations_about
 from cycloid_profile.diagnosis.search._starts import of_finite_size
-from cycloid_profile.diagnosis.search.search import equations_about
 from cycloid_profile.effects import AsBuiltReducer
 from cycloid_profile.measurement import parse_measurement, read_measurement
 from cycloid_profile.spec import read_spec

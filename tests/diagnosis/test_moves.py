@@ -20,13 +20,12 @@ from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
 from cycloid_profile.diagnosis.model.whitened import Whitened, normal_equations
 from cycloid_profile.diagnosis.search import _second_order as second
 from cycloid_profile.diagnosis.search._fits import Fit, Fits, empty_fit
-from cycloid_profile.diagnosis.search._proposals import linear_proposals
+from cycloid_profile.diagnosis.search._proposals import equations_about, linear_proposals
 from cycloid_profile.diagnosis.search._starts import _best_of_each_variety, _directed, of_finite_size
 from cycloid_profile.diagnosis.search._subsampling import smallest_subsample, subsample
 from cycloid_profile.diagnosis.search._symmetric_parts import on_other_parts
 from cycloid_profile.diagnosis.search.lobe_index import index_lobes, offsets_about, with_offsets
 from cycloid_profile.diagnosis.search.seam import _power_from_each_lobe
-from cycloid_profile.diagnosis.search.search import equations_about
 from cycloid_profile.measurement import parse_measurement
 from cycloid_profile.rig import Settings, simulate
 from tests.diagnosis import blind

@@ -123,6 +123,11 @@ class Candidate:
         return self.kind.location is EffectLocation.RING or self.choice.get("disc", 0) is None
 
     @property
+    def on_both_sides(self) -> bool:
+        """Whether discs mounted 180° apart respond nearly equally to the effect and to it rotated by 180°."""
+        return self.on_all_discs and self.angle is not None and self.waves == 1
+
+    @property
     def is_friction_torque(self) -> bool:
         """Whether it is an amount, not a change, of a torque of friction, which opens a loop as wide everywhere."""
         return self.kind.location is EffectLocation.FRICTION and self.size == "torque_nm" and not self.is_change

@@ -65,15 +65,8 @@ class Optimum:
         return rest[0] if len(rest) == 1 else None
 
     def rotated_by_180(self) -> Iterator[tuple[tuple[Candidate, ...], Optimum]]:
-        """Combinations of members common to all discs, each with the set that has them rotated by 180°.
-
-        Discs mounted 180° apart respond to both angles in nearly the same way.
-        """
-        identical = [
-            i
-            for i, member in enumerate(self.members)
-            if member.on_all_discs and member.angle is not None and member.waves == 1
-        ]
+        """Combinations of members on both sides, each with the set that has them rotated by 180°."""
+        identical = [i for i, member in enumerate(self.members) if member.on_both_sides]
         for count in range(1, len(identical) + 1):
             for some in combinations(identical, count):
                 yield tuple(self.members[i] for i in some), self._negated(some)

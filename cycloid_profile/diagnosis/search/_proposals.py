@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -23,8 +23,9 @@ from cycloid_profile.diagnosis.model.evidence import (
     of_different_names,
     scores,
 )
+from cycloid_profile.diagnosis.model.exact_model import ExactModel
 from cycloid_profile.diagnosis.model.optimum import Optimum
-from cycloid_profile.diagnosis.model.whitened import NormalEquations
+from cycloid_profile.diagnosis.model.whitened import NormalEquations, normal_equations
 
 _LEADING = 24  # effects whose pairs are scored with all others
 
@@ -51,6 +52,19 @@ class Move:
     of_a_kind: int = 1
 
 
+def equations_about(model: ExactModel, library: Library, optimum: Optimum, rest: bool = False) -> NormalEquations:
+    """Equations of the library, linearised about an optimum and referred to zero.
+
+    ``rest``: without a slope along its members. Where the misfit jumps it has its least value where linear equations
+    show a slope, and they would move the members away.
+    """
+    members = library.places(optimum.members)
+    equations = normal_equations(model.at(optimum).blocks, library.candidates)
+    if rest:
+        equations = equations.at_rest(members, optimum.u)
+    return equations.about(members, optimum.u)
+
+
 def linear_proposals(
     equations: NormalEquations, library: Library, optimum: Optimum, offsets: tuple[int, ...], keep: bool = False
 ) -> list[Proposal]:
@@ -61,7 +75,30 @@ def linear_proposals(
     """
     base = library.places(optimum.members)
     scored = {one for move in _moves(equations, library, base) for one in _best(equations, library, move)}
+    return _proposed(scored, equations, library, optimum, offsets, keep)
+
+
+def with_one_more(
+    equations: NormalEquations, library: Library, optimum: Optimum, offsets: tuple[int, ...]
+) -> Proposal | None:
+    """The best set with one effect more than an optimum, whose members start where they are; None without one."""
+    base = library.places(optimum.members)
+    more = np.array([i for i in distinct(equations, base) if i not in base], dtype=np.intp)
+    scored = _best(equations, library, Move(_each(base, more), 1))
+    return next(iter(_proposed(scored, equations, library, optimum, offsets, keep=True)), None)
+
+
+def _proposed(
+    scored: Iterable[Scored],
+    equations: NormalEquations,
+    library: Library,
+    optimum: Optimum,
+    offsets: tuple[int, ...],
+    keep: bool,
+) -> list[Proposal]:
+    """Proposals of scored sets, most promising first; arguments as those of ``linear_proposals``."""
     level = _level(equations, library, optimum)
+    base = library.places(optimum.members)
     kept = dict(zip(base, optimum.u.reshape(-1, 2), strict=True)) if keep else {}
     return [
         Proposal(library.members(one.members), _start(equations, one.members, kept), offsets, level + one.log_evidence)

@@ -5,9 +5,10 @@ Near zero the response of a lightly loaded reducer may even have the other sign.
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,9 +17,9 @@ from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.model.candidate import Candidate, Variety
 from cycloid_profile.diagnosis.model.evidence import Library
 from cycloid_profile.diagnosis.model.exact_model import ExactModel, State
-from cycloid_profile.diagnosis.model.optimum import FARTHEST, Optimum
+from cycloid_profile.diagnosis.model.optimum import FARTHEST, Attempt, Optimum
 from cycloid_profile.diagnosis.model.whitened import NormalEquations, Whitened
-from cycloid_profile.diagnosis.search._proposals import Proposal
+from cycloid_profile.diagnosis.search._proposals import Proposal, equations_about, with_one_more
 from cycloid_profile.diagnosis.search._second_order import (
     change_of_predictions,
     chi2_reduction,
@@ -67,8 +68,11 @@ def of_finite_size(
     kept = list(best.values())[: tuned.FINITE]
     if not model.only_loops:
         return kept
-    few = [one.candidate for one in directed if one.candidate.angle and count[one.candidate.variety] <= _FEW]
-    return [*kept, *_at_other_angles(model, few, offsets)]
+    turned = [one.candidate for one in directed if one.candidate.angle and count[one.candidate.variety] <= _FEW]
+    if model.reducer.discs == 2:
+        # The other disc responds as the first does to the effect rotated by 180°.
+        turned = [one for one in turned if one.choice.get("disc") != 2 or "crank" in one.choice]
+    return [*kept, *_at_other_angles(model, turned, offsets)]
 
 
 def _at_other_angles(model: ExactModel, tried: Iterable[Candidate], offsets: tuple[int, ...]) -> list[Proposal]:
@@ -102,14 +106,15 @@ class _AlongTurn:
 
 
 def _along_turn(model: ExactModel, one: Candidate, size: float) -> _AlongTurn:
-    """Responses of one ``size`` in all directions.
+    """Responses of one ``size`` in all directions, over half a turn where two discs see the same after another half.
 
-    Zero where those in the four main directions explain nothing: loops do not show the effect.
+    Zero where those in the main directions explain nothing: loops do not show the effect.
     """
-    turns = 2.0 * np.pi * np.arange(_ANGLES) / _ANGLES
+    number = _ANGLES // 2 if model.reducer.discs == 2 and one.on_both_sides else _ANGLES
+    turns = 2.0 * np.pi * np.arange(number) / _ANGLES
     u = size * np.stack([np.cos(turns), np.sin(turns)], axis=1)
-    main = np.arange(_ANGLES) % (_ANGLES // 4) == 0
-    drops, multiples = np.zeros(_ANGLES), np.ones(_ANGLES)
+    main = np.arange(number) % (_ANGLES // 4) == 0
+    drops, multiples = np.zeros(number), np.ones(number)
     for some in (main, ~main):
         for i in np.flatnonzero(some):
             state = model.state([one], u[i])
@@ -137,6 +142,32 @@ def _at_peaks(
             chi2, start = min(fits, key=lambda fit: fit[0])
             found.append((chi2, Proposal((one,), start, offsets)))
     return found
+
+
+def with_another_effect(
+    model: ExactModel, library: Library, starts: Iterable[Proposal], least: float
+) -> list[Proposal]:
+    """Single effects at their starts, each with the second one that promises most, if that is ``least`` evidence.
+
+    Of each kind of pair the one that leaves least, best first. Few pins bear in a loop, and one of two effects alone
+    may fit worst where it is in truth.
+    """
+    found = []
+    for one in starts:
+        there = model.optimum(Attempt(one.members, one.start, steps=0), library.prior(one.members))
+        if there is None:
+            continue
+        equations = equations_about(model, library, there, rest=True)
+        two = with_one_more(equations, library, there, one.offsets)
+        if two is None or two.promised < least:
+            continue
+        state = model.state(two.members, two.start)
+        if state is not None:
+            found.append((state.misfit + float(two.start @ two.start), two))
+    best: dict[frozenset[Variety], Proposal] = {}
+    for _, two in sorted(found, key=lambda one: one[0]):
+        best.setdefault(frozenset(member.variety for member in two.members), replace(two, promised=math.inf))
+    return list(best.values())[: tuned.FINITE]
 
 
 def moved_nearby(model: ExactModel, library: Library, optimum: Optimum, offsets: tuple[int, ...]) -> list[Proposal]:

@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterable, Sequence, Set
+from collections.abc import Callable, Iterable, Iterator, Sequence, Set
 from dataclasses import dataclass, replace
+from itertools import chain
 
 import numpy as np
 
@@ -18,12 +19,12 @@ from cycloid_profile.diagnosis.model.candidate import Candidate
 from cycloid_profile.diagnosis.model.evidence import Library, estimate, linear_evidence
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
 from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
-from cycloid_profile.diagnosis.model.whitened import NormalEquations, normal_equations
+from cycloid_profile.diagnosis.model.whitened import NormalEquations
 from cycloid_profile.diagnosis.search._determined import determined, misfit_jumps
 from cycloid_profile.diagnosis.search._fits import Fit, Fits, Key
-from cycloid_profile.diagnosis.search._proposals import Proposal, linear_proposals, shapes_between
+from cycloid_profile.diagnosis.search._proposals import Proposal, equations_about, linear_proposals, shapes_between
 from cycloid_profile.diagnosis.search._second_order import second_order
-from cycloid_profile.diagnosis.search._starts import moved_nearby, of_finite_size
+from cycloid_profile.diagnosis.search._starts import moved_nearby, of_finite_size, with_another_effect
 from cycloid_profile.diagnosis.search._subsampling import smallest_subsample
 from cycloid_profile.diagnosis.search._symmetric_parts import on_other_parts
 from cycloid_profile.diagnosis.search._waves import alternative_waves, refitted, waves_left
@@ -106,19 +107,6 @@ def search_effects(
     )
 
 
-def equations_about(model: ExactModel, library: Library, optimum: Optimum, rest: bool = False) -> NormalEquations:
-    """Equations of the library, linearised about an optimum and referred to zero.
-
-    ``rest``: without a slope along its members. Where the misfit jumps it has its least value where linear equations
-    show a slope, and they would move the members away.
-    """
-    members = library.places(optimum.members)
-    equations = normal_equations(model.at(optimum).blocks, library.candidates)
-    if rest:
-        equations = equations.at_rest(members, optimum.u)
-    return equations.about(members, optimum.u)
-
-
 class _Stage:
     """Search on one selection of rows.
 
@@ -159,8 +147,10 @@ class _Stage:
         most = self._beam // 2
         single = self._best_of([one for one in self.fits.ranked if len(one.optimum.members) == 1], most)
         friction = self._shown_friction
-        left = max(most - sum(len(members) == 1 for members, _ in done - {one.key for one in friction}), 0)
-        first = [one for one in single if one.key not in done][:left]
+        keys = done - {one.key for one in friction}
+        expanded = {member.variety for members, _ in keys if len(members) == 1 for member in members}
+        fresh = [one for one in single if one.optimum.members[0].variety not in expanded]
+        first = fresh[: max(most - len(expanded), 0)]
         return [one for one in [*friction, *first, *self.leading] if one.key not in done]
 
     @property
@@ -196,10 +186,10 @@ class _Stage:
         return other.evidence - max(tuned.OPEN, self._error * other.evidence)
 
     def explore(self, most: int) -> None:
-        """Fit the neighbours of the leading sets, until all of them are done or ``most`` were."""
+        """Fit the neighbours of the leading sets, until all of them are done, ``most`` were, or no fit is left."""
         done: set[Key] = set()
         while fresh := self._open(done):
-            if len(done) >= most:
+            if len(done) >= most or self._left <= 0:
                 self.limited = any(one.key not in done for one in self.leading)
                 break
             done.add(fresh[0].key)
@@ -210,11 +200,11 @@ class _Stage:
     def fit(self, proposals: Iterable[Proposal]) -> None:
         """Fit proposals that were not tried, and keep the plausible ones.
 
-        Of a set with members that are not determined, the other members are fitted in turn.
+        They are drawn one by one, so that later ones can follow from fits of the first. Of a set with members that are
+        not determined, the other members are fitted in turn.
         """
-        waiting = deque(proposals)
-        while waiting:
-            one = waiting.popleft()
+        coming, waiting = iter(proposals), deque[Proposal]()
+        while one := waiting.popleft() if waiting else next(coming, None):
             key = frozenset(one.members), one.offsets
             start = np.sign(np.round(one.start, 1)).tobytes()
             if (key, start) in self._tried or len(key[0]) < len(one.members) or one.promised < self._least:
@@ -243,7 +233,7 @@ class _Stage:
             elif rest and (frozenset(rest), one.offsets) not in self.fits:
                 waiting.append(Proposal(rest, u, one.offsets))
 
-    def _neighbours(self, fit: Fit) -> list[Proposal]:
+    def _neighbours(self, fit: Fit) -> Iterable[Proposal]:
         """Sets to fit about an optimum."""
         model, optimum = self.fits.model(fit.offsets), fit.optimum
         if model.is_comparison:
@@ -254,7 +244,7 @@ class _Stage:
         self.library = self.library.with_more([*waves_left(model, optimum), *waved, *reshaped])
         found = self._linear_and_finite(model, fit)
         if not optimum.members:
-            return found
+            return chain(found, self._pairs(model, found)) if model.only_loops else found
         if set(waved) != set(optimum.members):
             found.append(Proposal(waved, optimum.u, fit.offsets))
         found += [Proposal(one.members, one.u, fit.offsets) for _, one in optimum.rotated_by_180()]
@@ -264,6 +254,14 @@ class _Stage:
             found += [Proposal(self.library.members(i), u, fit.offsets) for i, u in moved]
             found += self._of_opposite_sign(model, fit)
         return [*found, *self._reindexed(model, fit)]
+
+    def _pairs(self, model: ExactModel, starts: Sequence[Proposal]) -> Iterator[Proposal]:
+        """Single effects with one more, both where they start and where they were fitted, if those leave something."""
+        best = self.fits.best.optimum
+        if best.chi2 - best.rows > 2.0 * tuned.OPEN:
+            fitted = [Proposal(one.optimum.members, one.optimum.u, one.offsets) for one in self.fits]
+            single = [one for one in (*starts, *fitted) if len(one.members) == 1]
+            yield from with_another_effect(model, self.library, single, self._least)
 
     def _of_opposite_sign(self, model: ExactModel, fit: Fit) -> list[Proposal]:
         """The set with one size of opposite sign, where it explains nearly as much: cranks mirror each other."""
