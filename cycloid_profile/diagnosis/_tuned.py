@@ -34,7 +34,7 @@ DETERMINED = 2.0  # standard deviations from zero: a member below adds no name, 
 DISTINGUISHED = 4.5  # half chi²: three standard deviations between two explanations
 LARGEST_GROUP = 5  # names: what more effects explain equally is a remainder next to an effect that has a name
 CLOSED = 0.8  # of the rms: what effects must close if others next to them are not named
-FINITE = 12  # single effects fitted from a finite size
+FINITE = 12  # single effects fitted from a finite size, and pairs of them on loops
 FINITE_AT_ANGLES = 24  # the same from other angles on loops: of 25 effects and places with an angle, about one each
 
 # Orders of a turn.

@@ -8,7 +8,7 @@ import pytest
 from cycloid_profile.diagnosis.model.evidence import Library
 from cycloid_profile.diagnosis.model.optimum import Attempt
 from cycloid_profile.diagnosis.model.whitened import normal_equations
-from cycloid_profile.diagnosis.search._starts import of_finite_size, with_another_effect
+from cycloid_profile.diagnosis.search._starts import of_finite_size
 from tests.diagnosis.at_truth import at_truth, left, model_of
 from tests.diagnosis.blind import draw_wide
 from tests.diagnosis.protocol import BENCH
@@ -94,16 +94,3 @@ def test_a_large_runout_of_one_disc_is_started_at_its_size():
     of_disc = [one for one in starts if one.members[0].label == "disc_runout (form 1, disc 1)"]
     least = min(model.state(one.members, one.start).chi2 for one in of_disc)
     assert least < 0.1 * model.baseline.chi2
-
-
-@pytest.mark.slow
-def test_two_effects_of_which_neither_fits_alone_start_together():
-    # Without the compliance the pitch error fits worst where it is in truth; the compliance alone leaves 15,000.
-    case = draw_wide(10022094, files=("loop",), effects=2)
-    model, library = model_of(case)
-    known = Library(tuple(library), 2)
-    single = of_finite_size(model, known, normal_equations(model.baseline.blocks, library), (0,))
-    pairs = with_another_effect(model, known, single, 0.0)
-    fits = [model.optimum(Attempt(one.members, one.start), 0.0) for one in pairs]
-    truth, _ = at_truth(case, model, library)
-    assert min(fit.misfit for fit in fits if fit is not None) < truth.misfit + 9.0

@@ -207,6 +207,14 @@ def test_wear_that_lifts_the_flank_off_is_found():
 
 
 @pytest.mark.slow
+def test_two_effects_of_which_neither_fits_alone_are_found_together():
+    """Without the compliance the pitch error leaves most where it is in truth; the compliance alone leaves 15,000."""
+    (answer,) = run([Question("wide, two, loop", 10022094, {"effects": 2, "files": ("loop",)}, wide=True)], 1)
+    assert {one["name"] for one in answer.truth} == {"series_compliance", "cumulative_pitch_error"}
+    assert answer.judged == "right", (answer.named, answer.groups)
+
+
+@pytest.mark.slow
 def test_discs_that_are_equally_soft_all_round_are_no_effect():
     """With two cranks the spec's discs are softer in some directions; those of the generator never are."""
     seeds = (7440021, 7440050, 7441024, 7441038)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -21,7 +22,13 @@ from cycloid_profile.diagnosis.model.whitened import Whitened, normal_equations
 from cycloid_profile.diagnosis.search import _second_order as second
 from cycloid_profile.diagnosis.search._fits import Fit, Fits, empty_fit
 from cycloid_profile.diagnosis.search._proposals import equations_about, linear_proposals
-from cycloid_profile.diagnosis.search._starts import _best_of_each_variety, _directed, of_finite_size
+from cycloid_profile.diagnosis.search._starts import (
+    _along_turn,
+    _best_of_each_variety,
+    _directed,
+    _symmetric,
+    of_finite_size,
+)
 from cycloid_profile.diagnosis.search._subsampling import smallest_subsample, subsample
 from cycloid_profile.diagnosis.search._symmetric_parts import on_other_parts
 from cycloid_profile.diagnosis.search.lobe_index import index_lobes, offsets_about, with_offsets
@@ -229,6 +236,19 @@ def test_single_effects_start_at_a_finite_size_of_the_right_sign():
     fall, (amount,) = second.chi2_reduction(model.baseline.blocks, column)
     assert u == pytest.approx(-0.5 * amount)
     assert fall > 0.5 * model.baseline.chi2
+
+
+def test_half_a_turn_is_tried_where_a_rotation_by_180_degrees_changes_nothing():
+    (ring,), (oval,) = some("pin_ring_runout"), some("pin_ring_oval")
+    model = ExactModel(reducer(), [record(reducer(), simulate(reducer(), "hysteresis", Settings(noise=1e-3, seed=1)))])
+    turn = _along_turn(model, ring, 1.0)
+    assert np.allclose(np.arctan2(turn.u[:, 1], turn.u[:, 0]), np.pi * np.arange(8) / 8)
+    opposite = [model.state([ring], -u).chi2 for u in turn.u[::3]]
+    assert [model.state([ring], u).chi2 for u in turn.u[::3]] == pytest.approx(opposite, rel=1e-3)
+    # The ring is not the same 90° on, nor are pins where pins were if their number is odd.
+    assert len(_along_turn(model, oval, 1.0).u) == 16
+    drive = SimpleNamespace(trochoid=SimpleNamespace(pins=11))
+    assert not _symmetric(SimpleNamespace(reducer=SimpleNamespace(discs=2, case=SimpleNamespace(drive=drive))))
 
 
 def test_what_all_discs_share_acts_by_its_square_and_twice_its_angle():

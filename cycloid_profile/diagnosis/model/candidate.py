@@ -123,8 +123,11 @@ class Candidate:
         return self.kind.location is EffectLocation.RING or self.choice.get("disc", 0) is None
 
     @property
-    def on_both_sides(self) -> bool:
-        """Whether discs mounted 180° apart respond nearly equally to the effect and to it rotated by 180°."""
+    def same_at_180(self) -> bool:
+        """Whether discs mounted 180° apart respond nearly equally to the effect and to it rotated by 180°.
+
+        It is common to all discs and has one period per turn.
+        """
         return self.on_all_discs and self.angle is not None and self.waves == 1
 
     @property

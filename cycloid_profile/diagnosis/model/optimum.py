@@ -65,8 +65,8 @@ class Optimum:
         return rest[0] if len(rest) == 1 else None
 
     def rotated_by_180(self) -> Iterator[tuple[tuple[Candidate, ...], Optimum]]:
-        """Combinations of members on both sides, each with the set that has them rotated by 180°."""
-        identical = [i for i, member in enumerate(self.members) if member.on_both_sides]
+        """Combinations of members that are nearly the same at 180°, each with the set that has them rotated by it."""
+        identical = [i for i, member in enumerate(self.members) if member.same_at_180]
         for count in range(1, len(identical) + 1):
             for some in combinations(identical, count):
                 yield tuple(self.members[i] for i in some), self._negated(some)

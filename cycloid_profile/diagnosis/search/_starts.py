@@ -1,6 +1,6 @@
 """Starts from responses of finite size: a flank that lifts off, or comes to bear, has no linear response.
 
-Near zero the response of a lightly loaded reducer may even have the other sign.
+Near zero the response of a lightly loaded reducer may even have the other sign. Pairs of effects start there, too.
 """
 
 from __future__ import annotations
@@ -30,8 +30,7 @@ from cycloid_profile.geometry import Trochoid
 
 _SIZES = (0.5, 2.0)  # prior widths: a flank that lifts off at one of them may bear at the other
 _ANGLES = 16  # per turn: the next pin bears after about one of them
-_LARGER = 2.0  # prior widths: the second size of effects that explain enough at the first
-_WORTH = 0.5  # of what the best explains: less is not enough
+_LEAST_SIZE, _LARGEST_SIZE = 0.25, 2.0  # prior widths, of the responses at all angles
 _FEW = 16  # places and shapes of one effect that are all tried
 _REACH = 1.5  # lobes or pins
 _LEAST, _MOST = 0.1, 5.0  # times this size: range of the starts
@@ -69,26 +68,45 @@ def of_finite_size(
     if not model.only_loops:
         return kept
     turned = [one.candidate for one in directed if one.candidate.angle and count[one.candidate.variety] <= _FEW]
-    if model.reducer.discs == 2:
-        # The other disc responds as the first does to the effect rotated by 180°.
+    if _symmetric(model):
+        # The other disc responds as the first does to the effect rotated by 180°. Cranks stay where they are.
         turned = [one for one in turned if one.choice.get("disc") != 2 or "crank" in one.choice]
     return [*kept, *_at_other_angles(model, turned, offsets)]
 
 
+def _symmetric(model: ExactModel) -> bool:
+    """Whether a rotation by 180° exchanges two discs and leaves pins where pins are."""
+    return model.reducer.discs == 2 and model.reducer.case.drive.trochoid.pins % 2 == 0
+
+
 def _at_other_angles(model: ExactModel, tried: Iterable[Candidate], offsets: tuple[int, ...]) -> list[Proposal]:
-    """Effects with an angle, at each angle where a multiple of their response explains most, best first.
+    """Effects with an angle, at each angle where a multiple of their response explains most, the best of each first.
 
     At the one pose of a loop few pins bear, and which of them depends on the angle: several angles may fit. It depends
-    on the size, too: effects that explain enough at one prior width are tried at two.
+    on the size, too.
     """
-    at_one = [(one, _along_turn(model, one, 1.0)) for one in tried]
-    most = max((turn.most for _, turn in at_one), default=0.0)
-    found = []
-    for one, turn in at_one:
-        found += _at_peaks(model, one, turn, offsets)
-        if turn.most > max(_WORTH * most, tuned.LEAST_GAIN):
-            found += _at_peaks(model, one, _along_turn(model, one, _LARGER), offsets)
-    return [proposal for _, proposal in sorted(found, key=lambda one: one[0])[: tuned.FINITE_AT_ANGLES]]
+    ranked = []
+    for one in tried:
+        size = _size_of_gap(model, one)
+        starts = _at_peaks(model, one, _along_turn(model, one, size), offsets) if size else []
+        starts.sort(key=lambda start: start[0])
+        ranked += [(rank, chi2, proposal) for rank, (chi2, proposal) in enumerate(starts)]
+    return [proposal for *_, proposal in sorted(ranked, key=lambda start: start[:2])[: tuned.FINITE_AT_ANGLES]]
+
+
+def _size_of_gap(model: ExactModel, one: Candidate) -> float:
+    """Size at which the response to an effect with an angle is about as large as the gap, 0 if loops do not show it.
+
+    Between a quarter and twice the size at which the response is read.
+    """
+    blocks = model.baseline.blocks
+    gap = sum(block.chi2 - block.z.size for block in blocks)
+    states = (model.state([one], np.array(u)) for u in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)))
+    responses = [change_of_predictions(model.baseline, state) for state in states if state is not None]
+    parts = [whitened_parts(blocks, response[:, np.newaxis]) for response in responses]
+    shown = [float(product(blocks, part, part)[0, 0]) for part in parts]
+    seen = max(shown, default=0.0) > tuned.LEAST_GAIN and gap > 0.0
+    return float(np.clip(np.sqrt(gap / np.mean(shown)), _LEAST_SIZE, _LARGEST_SIZE)) if seen else 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,32 +117,20 @@ class _AlongTurn:
     drop: FloatArray
     multiple: FloatArray
 
-    @property
-    def most(self) -> float:
-        """The largest reduction."""
-        return float(np.max(self.drop))
-
 
 def _along_turn(model: ExactModel, one: Candidate, size: float) -> _AlongTurn:
-    """Responses of one ``size`` in all directions, over half a turn where two discs see the same after another half.
-
-    Zero where those in the main directions explain nothing: loops do not show the effect.
-    """
-    number = _ANGLES // 2 if model.reducer.discs == 2 and one.on_both_sides else _ANGLES
+    """Responses of one ``size`` in all directions, over half a turn if a rotation by 180° changes nearly nothing."""
+    number = _ANGLES // 2 if _symmetric(model) and one.same_at_180 else _ANGLES
     turns = 2.0 * np.pi * np.arange(number) / _ANGLES
     u = size * np.stack([np.cos(turns), np.sin(turns)], axis=1)
-    main = np.arange(number) % (_ANGLES // 4) == 0
     drops, multiples = np.zeros(number), np.ones(number)
-    for some in (main, ~main):
-        for i in np.flatnonzero(some):
-            state = model.state([one], u[i])
-            if state is not None:
-                drop, amount = _explained(model.baseline, state)
-                multiples[i] = np.clip(amount, _LEAST, _MOST)
-                share = multiples[i] / amount if amount else 0.0
-                drops[i] = drop * share * (2.0 - share)
-        if np.all(drops < tuned.LEAST_GAIN):
-            break
+    for i in range(number):
+        state = model.state([one], u[i])
+        if state is not None:
+            drop, amount = _explained(model.baseline, state)
+            multiples[i] = np.clip(amount, _LEAST, _MOST)
+            share = multiples[i] / amount if amount else 0.0
+            drops[i] = drop * share * (2.0 - share)
     return _AlongTurn(u, drops, multiples)
 
 
@@ -147,10 +153,10 @@ def _at_peaks(
 def with_another_effect(
     model: ExactModel, library: Library, starts: Iterable[Proposal], least: float
 ) -> list[Proposal]:
-    """Single effects at their starts, each with the second one that promises most, if that is ``least`` evidence.
+    """Single effects at their starts, each with the second one that promises most, if that is at least ``least``.
 
-    Of each kind of pair the one that leaves least, best first. Few pins bear in a loop, and one of two effects alone
-    may fit worst where it is in truth.
+    Of each kind of pair the one that leaves least, best first, and not more than ``FINITE``. Few pins bear in a loop,
+    and one of two effects alone may fit worst where it is in truth.
     """
     found = []
     for one in starts:

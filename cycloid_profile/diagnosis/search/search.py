@@ -6,7 +6,6 @@ Curves are searched on a subsample of rows first, then on all rows from the lead
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence, Set
 from dataclasses import dataclass, replace
 from itertools import chain
@@ -15,7 +14,7 @@ import numpy as np
 
 from cycloid_profile.arrays import FloatArray
 from cycloid_profile.diagnosis import _tuned as tuned
-from cycloid_profile.diagnosis.model.candidate import Candidate
+from cycloid_profile.diagnosis.model.candidate import Candidate, Variety
 from cycloid_profile.diagnosis.model.evidence import Library, estimate, linear_evidence
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
 from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
@@ -138,18 +137,20 @@ class _Stage:
         return self._best_of(self.fits.ranked, self._beam)
 
     def _open(self, done: Set[Key]) -> list[Fit]:
-        """Sets whose neighbours are fitted next, but for ``done`` ones: friction, some of the best single effects, then
-        the beam.
+        """Sets whose neighbours are fitted next, but for ``done`` ones: friction, the best single effects of some
+        varieties, then the beam.
 
         The best first effect of two is often not the best alone. Friction that loops show is there, even if others
         explain more alone: these have the sizes of a loop without friction.
         """
-        most = self._beam // 2
-        single = self._best_of([one for one in self.fits.ranked if len(one.optimum.members) == 1], most)
-        friction = self._shown_friction
+        most, friction = self._beam // 2, self._shown_friction
         keys = done - {one.key for one in friction}
         expanded = {member.variety for members, _ in keys if len(members) == 1 for member in members}
-        fresh = [one for one in single if one.optimum.members[0].variety not in expanded]
+        alone = [one for one in self.fits.ranked if len(one.optimum.members) == 1]
+        best: dict[Variety, Fit] = {}
+        for one in self._best_of(alone, len(alone)):
+            best.setdefault(one.optimum.members[0].variety, one)
+        fresh = [one for variety, one in list(best.items())[:most] if variety not in expanded and one.key not in done]
         first = fresh[: max(most - len(expanded), 0)]
         return [one for one in [*friction, *first, *self.leading] if one.key not in done]
 
@@ -190,7 +191,7 @@ class _Stage:
         done: set[Key] = set()
         while fresh := self._open(done):
             if len(done) >= most or self._left <= 0:
-                self.limited = any(one.key not in done for one in self.leading)
+                self.limited = self.limited or any(one.key not in done for one in self.leading)
                 break
             done.add(fresh[0].key)
             names = " + ".join(sorted(member.title for member in fresh[0].optimum.members)) or "no effect"
@@ -201,10 +202,10 @@ class _Stage:
         """Fit proposals that were not tried, and keep the plausible ones.
 
         They are drawn one by one, so that later ones can follow from fits of the first. Of a set with members that are
-        not determined, the other members are fitted in turn.
+        not determined, the other members are fitted last.
         """
-        coming, waiting = iter(proposals), deque[Proposal]()
-        while one := waiting.popleft() if waiting else next(coming, None):
+        waiting: list[Proposal] = []
+        for one in chain(proposals, waiting):
             key = frozenset(one.members), one.offsets
             start = np.sign(np.round(one.start, 1)).tobytes()
             if (key, start) in self._tried or len(key[0]) < len(one.members) or one.promised < self._least:
@@ -256,12 +257,17 @@ class _Stage:
         return [*found, *self._reindexed(model, fit)]
 
     def _pairs(self, model: ExactModel, starts: Sequence[Proposal]) -> Iterator[Proposal]:
-        """Single effects with one more, both where they start and where they were fitted, if those leave something."""
-        best = self.fits.best.optimum
-        if best.chi2 - best.rows > 2.0 * tuned.OPEN:
-            fitted = [Proposal(one.optimum.members, one.optimum.u, one.offsets) for one in self.fits]
-            single = [one for one in (*starts, *fitted) if len(one.members) == 1]
-            yield from with_another_effect(model, self.library, single, self._least)
+        """Single effects with one more, both where they start and where they were fitted.
+
+        None if the best set so far leaves so little that no further effect can be clearly better.
+        """
+        best, least = self.fits.best.optimum, self._least
+        if self._left <= 0 or best.chi2 - best.rows < 2.0 * tuned.OPEN:
+            return
+        fitted = [Proposal(one.optimum.members, one.optimum.u, one.offsets) for one in self.fits]
+        single = [one for one in (*starts, *fitted) if len(one.members) == 1 and one.promised >= least]
+        distinct = {(one.members, np.round(one.start, 2).tobytes()): one for one in single}
+        yield from with_another_effect(model, self.library, distinct.values(), least)
 
     def _of_opposite_sign(self, model: ExactModel, fit: Fit) -> list[Proposal]:
         """The set with one size of opposite sign, where it explains nearly as much: cranks mirror each other."""
