@@ -97,7 +97,7 @@ def _at_other_angles(model: ExactModel, tried: Iterable[Candidate], offsets: tup
 def _size_of_gap(model: ExactModel, one: Candidate) -> float:
     """Size at which the response to an effect with an angle is about as large as the gap, 0 if loops do not show it.
 
-    Between a quarter and twice the size at which the response is read.
+    Between a quarter of a prior width and two, from the responses at one.
     """
     blocks = model.baseline.blocks
     gap = sum(block.chi2 - block.z.size for block in blocks)
