@@ -58,8 +58,8 @@ class FilePair:
 class Comparison:
     """What changed from the diagnosis ``before`` to the diagnosis ``after``.
 
-    ``changes``: those of the best set, the largest in standard deviations first. ``unchanged``: effects at both times
-    whose change no set needs. ``figures``: of the loop at both times. ``files``: pairs.
+    ``changes``: significant ones, the largest in standard deviations first. ``unchanged``: effects at both times whose
+    change is not significant. ``figures``: of the loop at both times. ``files``: pairs.
     """
 
     before: Diagnosis
