@@ -37,8 +37,8 @@ from cycloid_profile.units import NEWTON_METRE
 
 _NEAR, _FAR = 1.0, 4.0  # pin pitches over which the coupling of neighbouring pins by the disc decays
 _STICKS = (0.5, 1.0)  # of the torque over which friction sticks after a reversal: others slip at once, or sooner
-_WHOLE_LOOP = 2.0  # of the largest torque
 _OCTAVES = 6  # of torque: below a thirtieth of the largest either flank may touch
+_NO_FRICTION = 1e-6  # of the largest torque
 _TORQUE_STEP = 0.1  # of the largest torque: about one further pin bears
 _CORNER_MULTIPLES = 50  # of lobes and of pins: a corner is as narrow as the load on a tooth that just touches
 _SHARED = 0.3  # of the largest singular value of waves: those of two that hardly differ are below
@@ -303,12 +303,9 @@ def form_error(
 ) -> FloatArray:
     """Columns of the error in the form of one effect: its ``signature``, shape (rows,), slowly modulated.
 
-    Along lobe and disc for a scan (``phase`` of the lobe [rad]), along mesh and turn for a curve over a turn, with
-    torque and branch for a loop.
+    Along lobe and disc for a scan (``phase`` of the lobe [rad]), along mesh and turn for a curve over a turn.
     """
     trochoid = reducer.case.drive.trochoid
-    if recording.kind is HYSTERESIS:
-        return _form_error_of_loop(signature, recording)
     if recording.kind is PROFILE_SCAN:
         turn = position / trochoid.lobes
         return _modulated(signature, [phase, 2.0 * phase, 3.0 * phase, turn, 2.0 * turn])
@@ -342,9 +339,14 @@ def law_error(signature: FloatArray, reducer: AsBuiltReducer, recording: Recordi
     return tuned.LAW_OF_JOINT * signature[:, np.newaxis] * hats
 
 
-def _form_error_of_loop(signature: FloatArray, recording: Recording) -> FloatArray:
-    """Elastic effects follow the torque alone; only what depends on the path can err in its path."""
-    whole = recording.measurement["torque_nm"] / float(np.max(np.abs(recording.measurement["torque_nm"])))
+def form_error_of_loop(signature: FloatArray, curve: LinearisedCurve, recording: Recording) -> FloatArray:
+    """Columns of the error in the form of one effect on a loop: its ``signature``, shape (rows,), modulated with torque
+    and branch.
+
+    Elastic effects follow the torque alone; only what depends on the path can err in its path.
+    """
+    peak = float(np.max(np.abs(recording.measurement["torque_nm"])))
+    whole = recording.measurement["torque_nm"] / peak
     direction = load_direction(whole)
     direction[0] = direction[1]
     t, branch = whole[recording.rows], direction[recording.rows]
@@ -354,10 +356,10 @@ def _form_error_of_loop(signature: FloatArray, recording: Recording) -> FloatArr
     path = signature - elastic
     slow = [elastic * t, elastic * t * t, elastic * t**3, path * t, path * branch, path * branch * t]
     # One friction slips at once, another sticks until it pulls the other way: they differ by a triangle of that length.
-    # Of friction that is present the rows that still stick answer, not those that slip: the first row of a branch for
-    # much friction, none for little. With the length of the slip a printed loop has no evidence of its softening left.
+    # It grows steadily with the friction of the model: each step of an error would be another minimum of the misfit.
     full = branch * float(np.max(np.abs(path), initial=0.0))
-    stick = 2.0 * float(np.min(past[(branch * path > 0.0) & (past > 0.0)], initial=_WHOLE_LOOP))
+    friction = np.abs(t - curve.prediction.terms[0].through / (peak * NEWTON_METRE))
+    stick = 2.0 * float(np.nanmax(friction, initial=_NO_FRICTION))
     after = [np.maximum(1.0 - past / (share * stick), 0.0) * full for share in _STICKS]
     return np.stack([*(tuned.FORM * one for one in slow), *(tuned.REVERSAL * one for one in after)], axis=1)
 

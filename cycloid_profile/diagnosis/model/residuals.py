@@ -16,6 +16,7 @@ from cycloid_profile.diagnosis.model._model_error import (
     CornerWaves,
     branch_error,
     form_error,
+    form_error_of_loop,
     hole_error,
     law_error,
     load_error,
@@ -181,21 +182,21 @@ class Residuals:
 
     def form_error(self, members: Sequence[Candidate], u: FloatArray) -> FloatArray:
         """Error in the form of effects at coordinates ``u``, as columns with their prior widths."""
-        scan = self.recording.kind is PROFILE_SCAN
-        phase = self.phase if scan else self.position
         signatures = np.einsum("rmc,mc->mr", self.columns(members), u.reshape(-1, 2))
-        each = [
-            form_error(one, self.reducer, self.recording, self.position, phase) for one in signatures if np.any(one)
-        ]
-        if self.recording.kind is not HYSTERESIS:
-            # The form of an effect on a loop errs with torque and path already.
-            each += [self._shape_error(one, x) for one, x in zip(members, u.reshape(-1, 2), strict=True)]
-        else:
+        if self.recording.kind is HYSTERESIS:
+            # The form of an effect on a loop errs with torque and path: the shape between two that are proposed, too.
+            each = [form_error_of_loop(one, self.first_order, self.recording) for one in signatures if np.any(one)]
             each += [
                 law_error(one, self.reducer, self.recording)
                 for one, member in zip(signatures, members, strict=True)
                 if member.kind.law_varies
             ]
+        else:
+            phase = self.phase if self.recording.kind is PROFILE_SCAN else self.position
+            each = [
+                form_error(one, self.reducer, self.recording, self.position, phase) for one in signatures if np.any(one)
+            ]
+            each += [self._shape_error(one, x) for one, x in zip(members, u.reshape(-1, 2), strict=True)]
         return np.hstack([np.zeros((self.residual.size, 0)), *each])
 
     def _shape_error(self, member: Candidate, u: FloatArray) -> FloatArray:
