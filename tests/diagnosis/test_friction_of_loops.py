@@ -44,8 +44,8 @@ def response(optimum: Optimum) -> float:
     return _whole_response(measured(), optimum, measured().at(optimum), 0)
 
 
-def one(name: str) -> Candidate:
-    return next(c for c in library().candidates if c.name == name)
+def one(name: str, **choice: float) -> Candidate:
+    return next(c for c in library().candidates if c.name == name and choice.items() <= c.choice.items())
 
 
 def loop_of_play(friction: float, play: float = 30.0) -> Recording:
@@ -136,3 +136,17 @@ def test_equations_leave_the_members_of_an_optimum_where_they_are() -> None:
     assert there is not None
     equations = equations_about(measured(), Library((friction, spring), 2), there, rest=True)
     np.testing.assert_allclose(estimate(equations, [0])[0], there.u, atol=1e-9)
+
+
+def test_the_misfit_has_one_minimum_along_friction() -> None:
+    friction = one("coulomb_friction")
+    soft = one("nonlinear_series_compliance", exponent=1.0)
+    sizes = np.arange(0.4, 0.63, 0.005)
+    states = [measured().state((friction, soft), np.array([size, 0.0, 1.95, 0.0])) for size in sizes]
+    misfit = np.array([state.misfit for state in states if state is not None])
+    assert misfit.size == sizes.size
+    least = int(np.argmin(misfit))
+    assert 0 < least < sizes.size - 1
+    uphill = np.concatenate([np.diff(misfit[: least + 1]), -np.diff(misfit[least:])])
+    # chi² of one standard deviation, far less than its fall of a hundred: no fit ends there.
+    assert np.max(uphill) < 1.0
