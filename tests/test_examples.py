@@ -22,13 +22,13 @@ from tests.script_modules import ROOT, example
 
 EXAMPLES = (
     "quickstart",
-    "model_in_build123d",
     "article_rv40e",
     "compare_modifications",
     "own_contact_law",
     "elastic_disc",
     "crank_bearing",
 )
+SLOW_EXAMPLES = ("model_in_build123d", "elastic_supports", "three_jaw_clamping")
 K1 = 0.8125
 S = math.sqrt(1.0 - K1**2)
 LONGEST_LEVER = 1.3 * 39
@@ -36,7 +36,7 @@ LONGEST_LEVER = 1.3 * 39
 
 @pytest.mark.parametrize(
     "name",
-    [*EXAMPLES, *(pytest.param(one, marks=pytest.mark.slow) for one in ("elastic_supports", "three_jaw_clamping"))],
+    [*EXAMPLES, *(pytest.param(one, marks=pytest.mark.slow) for one in SLOW_EXAMPLES)],
 )
 def test_example_draws_its_picture(name, tmp_path):
     from PIL import Image

@@ -198,6 +198,7 @@ def reground() -> Comparison:
     return compare_diagnoses(diagnose(reducer, [before]), diagnose(reducer, [after]))
 
 
+@pytest.mark.slow
 def test_regrinding_changes_one_amount(reground: Comparison) -> None:
     (change,) = reground.changes
     assert change.candidate.name == "equidistant_error"

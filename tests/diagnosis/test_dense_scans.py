@@ -61,6 +61,7 @@ def test_noise_of_averaged_points():
         assert recording.noise.rho == pytest.approx(0.0, abs=0.03)
 
 
+@pytest.mark.slow
 def test_noise_of_averaged_points_that_are_correlated():
     # ρ = 0.6 over groups of four: the mean scatters by √(4 + 2·(3ρ + 2ρ² + ρ³))/4 of the stated deviation.
     noise = Noise(0.3, rho=0.6, outliers=0.001, declare=True)

@@ -36,7 +36,8 @@ def named(*hidden: Hidden) -> dict[str, dict[str, float]]:
     return {one.candidate.name: dict(one.parameters) for one in found.effects}
 
 
-@pytest.mark.parametrize("exponent", [pytest.param(1.2, marks=pytest.mark.slow), 1.75])
+@pytest.mark.slow
+@pytest.mark.parametrize("exponent", [1.2, 1.75])
 def test_wear_by_a_power_of_the_lever_has_one_name(exponent):
     found = named(Hidden("flank_wear", {"amount_um": 4.0, "flank": 1, "disc": 1, "x_exponent": exponent}))
     assert set(found) == {"flank_wear"}

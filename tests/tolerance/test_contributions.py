@@ -121,6 +121,7 @@ def test_a_reducer_without_an_answer_fails_its_limits(drawn):
     assert gained.value == pytest.approx(1.0 - found.yield_as_drawn.value)
 
 
+@pytest.mark.slow
 def test_scattered_pins_lower_the_mean_backlash(drawn):
     found = contributions(study(drawn, [EACH, {**RING, "amount_um": {"sigma": 1.0}}], samples=1024), resamples=40)
     pins = found.rows[0]

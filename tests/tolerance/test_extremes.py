@@ -72,14 +72,8 @@ def rv20e_like() -> AsBuiltReducer:
     return as_built_reducer(catalog_drive("rv20e_like"))
 
 
-@pytest.mark.parametrize(
-    ("name", "reducers"),
-    [
-        ("twenty_pins", 16),
-        pytest.param("large", 64, marks=pytest.mark.slow),
-        pytest.param("rv20e_like", 32, marks=pytest.mark.slow),
-    ],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "reducers"), [("twenty_pins", 16), ("large", 64), ("rv20e_like", 32)])
 def test_extremes_at_rated_load_are_those_of_many_poses(name, reducers, request):
     """The mean peak pressure is right to 0.2 %, the mean transmission error to 0.5 %."""
     reducer = request.getfixturevalue(name)
