@@ -23,7 +23,7 @@ from cycloid_profile.diagnosis.search import _second_order as second
 from cycloid_profile.diagnosis.search._fits import Fit, Fits, empty_fit
 from cycloid_profile.diagnosis.search._proposals import equations_about, linear_proposals
 from cycloid_profile.diagnosis.search._starts import (
-    _along_turn,
+    _around,
     _best_of_each_variety,
     _directed,
     _symmetric,
@@ -241,14 +241,28 @@ def test_single_effects_start_at_a_finite_size_of_the_right_sign():
 def test_half_a_turn_is_tried_where_a_rotation_by_180_degrees_changes_nothing():
     (ring,), (oval,) = some("pin_ring_runout"), some("pin_ring_oval")
     model = ExactModel(reducer(), [record(reducer(), simulate(reducer(), "hysteresis", Settings(noise=1e-3, seed=1)))])
-    turn = _along_turn(model, ring, 1.0)
-    assert np.allclose(np.arctan2(turn.u[:, 1], turn.u[:, 0]), np.pi * np.arange(8) / 8)
-    opposite = [model.state([ring], -u).chi2 for u in turn.u[::3]]
-    assert [model.state([ring], u).chi2 for u in turn.u[::3]] == pytest.approx(opposite, rel=1e-3)
+    ((half,),) = _around(model, [ring])
+    u = np.array([direction for _, direction in half])
+    assert np.allclose(np.arctan2(u[:, 1], u[:, 0]), np.pi * np.arange(8) / 8)
+    opposite = [model.state([ring], -one).chi2 for one in u[::3]]
+    assert [model.state([ring], one).chi2 for one in u[::3]] == pytest.approx(opposite, rel=1e-3)
     # The ring is not the same 90° on, nor are pins where pins were if their number is odd.
-    assert len(_along_turn(model, oval, 1.0).u) == 16
+    ((whole,),) = _around(model, [oval])
+    assert len(whole) == 16
     drive = SimpleNamespace(trochoid=SimpleNamespace(pins=11))
     assert not _symmetric(SimpleNamespace(reducer=SimpleNamespace(discs=2, case=SimpleNamespace(drive=drive))))
+
+
+def test_wear_is_tried_from_every_second_lobe_on_with_either_sign():
+    model = ExactModel(reducer(), [record(reducer(), simulate(reducer(), "hysteresis", Settings(noise=1e-3, seed=1)))])
+    both, first = _around(model, [one for one in library(True) if one.name == "wheel_wear_drift"])
+    for (more, less), disc in ((both, None), (first, 1)):
+        places = [member for member, _ in more]
+        assert [member for member, _ in less] == places
+        assert {member.choice["disc"] for member in places} == {disc}
+        assert [member.along for member in places] == list(range(1, reducer().case.drive.trochoid.lobes + 1, 2))
+        assert {tuple(direction) for _, direction in more} == {(1.0, 0.0)}
+        assert {tuple(direction) for _, direction in less} == {(-1.0, 0.0)}
 
 
 def test_what_all_discs_share_acts_by_its_square_and_twice_its_angle():

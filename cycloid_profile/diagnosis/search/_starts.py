@@ -67,11 +67,7 @@ def of_finite_size(
     kept = list(best.values())[: tuned.FINITE]
     if not model.only_loops:
         return kept
-    turned = [one.candidate for one in directed if one.candidate.angle and count[one.candidate.variety] <= _FEW]
-    if _symmetric(model):
-        # The other disc responds as the first does to the effect rotated by 180°. Cranks stay where they are.
-        turned = [one for one in turned if one.choice.get("disc") != 2 or "crank" in one.choice]
-    return [*kept, *_at_other_angles(model, turned, offsets)]
+    return [*kept, *_at_other_places(model, _around(model, library.candidates), offsets)]
 
 
 def _symmetric(model: ExactModel) -> bool:
@@ -79,29 +75,61 @@ def _symmetric(model: ExactModel) -> bool:
     return model.reducer.discs == 2 and model.reducer.case.drive.trochoid.pins % 2 == 0
 
 
-def _at_other_angles(model: ExactModel, tried: Iterable[Candidate], offsets: tuple[int, ...]) -> list[Proposal]:
-    """Effects with an angle, at each angle where a multiple of their response explains most, the best of each first.
+_Places = list[
+    tuple[Candidate, FloatArray]
+]  # of an effect around the turn in order, each with its direction, shape (2,)
 
-    At the one pose of a loop few pins bear, and which of them depends on the angle: several angles may fit. It depends
-    on the size, too.
+
+def _around(model: ExactModel, candidates: Sequence[Candidate]) -> list[list[_Places]]:
+    """Effects that act on the whole turn and depend on a place in it: the places of each, for each sign.
+
+    The place is an angle, or the lobe at which wear begins.
+    """
+    symmetric = _symmetric(model)
+    found = []
+    for one in candidates:
+        # The other disc responds as the first does to the effect rotated by 180°. Cranks stay where they are.
+        if one.angle is not None and not (symmetric and one.choice.get("disc") == 2 and "crank" not in one.choice):
+            # Over half a turn if a rotation by 180° changes nearly nothing.
+            number = _ANGLES // 2 if symmetric and one.same_at_180 else _ANGLES
+            turns = 2.0 * np.pi * np.arange(number) / _ANGLES
+            found.append([[(one, np.array([np.cos(turn), np.sin(turn)])) for turn in turns]])
+    begins: dict[tuple[Variety, object], list[Candidate]] = {}
+    for one in candidates:
+        # An effect begun a lobe further is found from its neighbour, see ``moved_nearby``.
+        if one.choice.get("first_lobe", 0) % 2 == 1 and not one.choice.get("start_in_lobe"):
+            begins.setdefault((one.variety, one.choice.get("disc")), []).append(one)
+    for (_, disc), some in begins.items():
+        if not (symmetric and disc == 2):
+            signs = (1.0,) if some[0].one_sided else (1.0, -1.0)
+            found.append([[(one, np.array([sign, 0.0])) for one in some] for sign in signs])
+    return found
+
+
+def _at_other_places(model: ExactModel, effects: list[list[_Places]], offsets: tuple[int, ...]) -> list[Proposal]:
+    """Effects at each place of the turn where a multiple of their response explains most, the best of each first.
+
+    At the one pose of a loop few pins bear, and which of them depends on the place: several may fit. It depends on the
+    size, too.
     """
     ranked = []
-    for one in tried:
-        size = _size_of_gap(model, one)
-        starts = _at_peaks(model, one, _along_turn(model, one, size), offsets) if size else []
+    for turns in effects:
+        size = _size_of_gap(model, turns[0])
+        starts = [start for places in turns for start in _at_peaks(model, places, size, offsets)] if size else []
         starts.sort(key=lambda start: start[0])
         ranked += [(rank, chi2, proposal) for rank, (chi2, proposal) in enumerate(starts)]
     return [proposal for *_, proposal in sorted(ranked, key=lambda start: start[:2])[: tuned.FINITE_AT_ANGLES]]
 
 
-def _size_of_gap(model: ExactModel, one: Candidate) -> float:
-    """Size at which the response to an effect with an angle is about as large as the gap, 0 if loops do not show it.
+def _size_of_gap(model: ExactModel, places: _Places) -> float:
+    """Size at which the response to an effect is about as large as the gap, 0 if loops do not show it.
 
-    Between a quarter of a prior width and two, from the responses at one.
+    Between a quarter of a prior width and two, from the responses at one at four places of the turn.
     """
     blocks = model.baseline.blocks
     gap = sum(block.chi2 - block.z.size for block in blocks)
-    states = (model.state([one], np.array(u)) for u in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)))
+    quarters = [places[len(places) * i // 4] for i in range(4)]
+    states = (model.state([one], direction) for one, direction in quarters)
     responses = [change_of_predictions(model.baseline, state) for state in states if state is not None]
     parts = [whitened_parts(blocks, response[:, np.newaxis]) for response in responses]
     shown = [float(product(blocks, part, part)[0, 0]) for part in parts]
@@ -109,40 +137,24 @@ def _size_of_gap(model: ExactModel, one: Candidate) -> float:
     return float(np.clip(np.sqrt(gap / np.mean(shown)), _LEAST_SIZE, _LARGEST_SIZE)) if seen else 0.0
 
 
-@dataclass(frozen=True, eq=False)
-class _AlongTurn:
-    """Reduction of chi² by a multiple of the response in each direction, and the multiple, each shape (directions,)."""
-
-    u: FloatArray
-    drop: FloatArray
-    multiple: FloatArray
-
-
-def _along_turn(model: ExactModel, one: Candidate, size: float) -> _AlongTurn:
-    """Responses of one ``size`` in all directions, over half a turn if a rotation by 180° changes nearly nothing."""
-    number = _ANGLES // 2 if _symmetric(model) and one.same_at_180 else _ANGLES
-    turns = 2.0 * np.pi * np.arange(number) / _ANGLES
-    u = size * np.stack([np.cos(turns), np.sin(turns)], axis=1)
-    drops, multiples = np.zeros(number), np.ones(number)
-    for i in range(number):
-        state = model.state([one], u[i])
-        if state is not None:
-            drop, amount = _explained(model.baseline, state)
-            multiples[i] = np.clip(amount, _LEAST, _MOST)
-            share = multiples[i] / amount if amount else 0.0
-            drops[i] = drop * share * (2.0 - share)
-    return _AlongTurn(u, drops, multiples)
-
-
 def _at_peaks(
-    model: ExactModel, one: Candidate, turn: _AlongTurn, offsets: tuple[int, ...]
+    model: ExactModel, places: _Places, size: float, offsets: tuple[int, ...]
 ) -> list[tuple[float, Proposal]]:
-    """Starts where the reduction is largest along the turn, each with its chi²: as tried, or the multiple if better."""
-    drop = turn.drop
-    peaks = (drop >= np.roll(drop, 1)) & (drop >= np.roll(drop, -1)) & (drop > tuned.LEAST_GAIN)
+    """Starts at the places where a multiple of the response to one ``size`` reduces chi² most, each with its chi²: as
+    tried, or the multiple if better."""
+    drop, multiple = np.zeros(len(places)), np.ones(len(places))
+    for i, (one, direction) in enumerate(places):
+        state = model.state([one], size * direction)
+        if state is not None:
+            whole, amount = _explained(model.baseline, state)
+            multiple[i] = np.clip(amount, _LEAST, _MOST)
+            share = multiple[i] / amount if amount else 0.0
+            drop[i] = whole * share * (2.0 - share)
     found = []
-    for u, multiple in zip(turn.u[peaks], turn.multiple[peaks], strict=True):
-        states = ((model.state([one], start), start) for start in (u, multiple * u))
+    peaks = (drop >= np.roll(drop, 1)) & (drop >= np.roll(drop, -1)) & (drop > tuned.LEAST_GAIN)
+    for i in np.flatnonzero(peaks).tolist():
+        one, direction = places[i]
+        states = ((model.state([one], start), start) for start in (size * direction, multiple[i] * size * direction))
         fits = [(state.chi2, start) for state, start in states if state is not None]
         if fits:
             chi2, start = min(fits, key=lambda fit: fit[0])

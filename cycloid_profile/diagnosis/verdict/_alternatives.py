@@ -22,11 +22,8 @@ from cycloid_profile.diagnosis.verdict.result import NamedEffect, SizedEffect
 
 _RESCORED_SWAPS = 4  # names, each of one disc and of all
 _RESCORED_PLACES = 6  # locations of the same effect
-# With few pins in contact, linear equations misjudge effects that load further pins. A loop has one pose, so the exact
-# model is cheap and evaluates more alternatives.
-_RESCORED_OF_LOOPS = 15
 _PLACES_OF_LOOPS = 3  # locations of one name: on a loop they differ little
-_REACH_OF_CURVES = 40.0  # half chi²
+_REACH_OF_CURVES = 40.0  # half chi², of other locations
 _LISTED = 5  # names in a note
 _STEPS = 4  # of a replaced member: the others start at their optimum
 
@@ -149,9 +146,11 @@ def ambiguity_group(
             continue
         if _fit_of(rescored) >= _fit_of(best) - _distinguished(best):
             group.setdefault(alternative.name, alternative)
-    names, at_places, reach = _RESCORED_SWAPS, 1, tuned.DISTINGUISHED
+    names, at_places, reach = float(_RESCORED_SWAPS), 1, tuned.DISTINGUISHED
     if found.model.only_loops:
-        names, at_places, reach = _RESCORED_OF_LOOPS, _PLACES_OF_LOOPS, _REACH_OF_CURVES
+        # With few pins in contact, linear equations misjudge effects that load further pins. A loop has one pose: the
+        # exact model is cheap, and tries every name.
+        names, at_places, reach = math.inf, _PLACES_OF_LOOPS, math.inf
     evaluated: list[tuple[int, float]] = []
     tried: Counter[Variety] = Counter()
     for i, deficit in swaps(found, member, reach):
