@@ -35,7 +35,7 @@ DISTINGUISHED = 4.5  # half chi²: three standard deviations between two explana
 LARGEST_GROUP = 5  # names: what more effects explain equally is a remainder next to an effect that has a name
 CLOSED = 0.8  # of the rms: what effects must close if others next to them are not named
 FINITE = 12  # single effects fitted from a finite size, and pairs of them on loops
-FINITE_AT_ANGLES = 24  # the same from other angles on loops: of 25 effects and places with an angle, about one each
+FINITE_AROUND = 27  # the same from other angles and lobes on loops: one for each of 27 effects and parts
 
 # Orders of a turn.
 PRODUCTS = 3  # multiples of lobes times pins at which equal parts leave a ripple: it falls with the multiple

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from cycloid_profile.diagnosis.model.candidate import candidates
 from cycloid_profile.diagnosis.model.evidence import Library
 from cycloid_profile.diagnosis.model.optimum import Optimum
 from cycloid_profile.diagnosis.model.residuals import Residuals, fitted_rms
@@ -327,3 +328,28 @@ def test_the_nearest_alternatives_join_the_group_if_they_fit_exactly():
     )  # fmt: skip
     assert alternatives.ambiguity_group(alone, alone.equations, 0, said.append) == []
     assert len(said) == 1
+
+
+def test_every_name_is_fitted_in_place_of_the_effect_of_a_loop():
+    known = candidates(reducer(), frozenset(), True)
+    first = {one.name: one for one in reversed(known)}
+    oval = first.pop("disc_oval")
+    assert len(first) > 15
+    members = [oval, *first.values()]
+    # Half chi² of 125 by the oval, nearly nothing by the others in linear equations.
+    R = np.diag(np.full(2 * len(members), 1000.0))
+    b = np.where(np.arange(2 * len(members)) < 2, 500.0, 1.0)
+    asked: list[str] = []
+    said: list[str] = []
+
+    def optimum(attempt, _):
+        asked.append(attempt.members[0].name)
+        return best_of(attempt.members, [0.5, 0.0], 105.0)
+
+    found = SimpleNamespace(
+        library=Library(tuple(members), 2), equations=equations(b, R, members), best=best_of([oval], [0.5, 0.0], 100.0),
+        fitted=[], start=lambda _: None, model=SimpleNamespace(only_loops=True, reducer=reducer(), optimum=optimum),
+    )  # fmt: skip
+    group = alternatives.ambiguity_group(found, found.equations, 0, said.append)
+    assert set(asked) == {one.name for one in group} == set(first)
+    assert said == [f"alternatives: {', '.join(asked[:5])}, …"]

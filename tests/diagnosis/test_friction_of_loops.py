@@ -148,5 +148,5 @@ def test_the_misfit_has_one_minimum_along_friction() -> None:
     least = int(np.argmin(misfit))
     assert 0 < least < sizes.size - 1
     uphill = np.concatenate([np.diff(misfit[: least + 1]), -np.diff(misfit[least:])])
-    # chi² of one standard deviation, far less than its fall of a hundred: no fit ends there.
+    # A rise below 1 is one standard deviation; chi² falls by a hundred here, so that no fit ends at it.
     assert np.max(uphill) < 1.0

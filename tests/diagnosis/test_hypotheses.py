@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections import Counter
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from cycloid_profile.diagnosis.data._loops import torque_since_reversal
 from cycloid_profile.diagnosis.data.recording import record
-from cycloid_profile.diagnosis.model._model_error import form_error, hat_functions, mesh_orders
+from cycloid_profile.diagnosis.model._model_error import form_error_of_loop, hat_functions, mesh_orders
 from cycloid_profile.diagnosis.model.candidate import Candidate, candidates, chatter
 from cycloid_profile.diagnosis.model.chatter_spectrum import SPEEDS
 from cycloid_profile.diagnosis.model.exact_model import ExactModel
@@ -247,8 +248,8 @@ def test_a_fit_is_given_up_only_if_it_cannot_reach_the_best():
     assert not model.optimum(Attempt((one,), start, steps=1), 0.0).converged
 
 
-def test_friction_that_has_turned_round_by_the_first_row_sticks_over_no_more_than_twice_its_torque():
-    # Friction of 10 N·m, which a change takes away, on a loop up to ±100 N·m without the rows within 5 N·m of its ends.
+def test_friction_errs_after_a_reversal_until_it_pulls_the_other_way():
+    # Friction of 10 N·m on a loop up to ±100 N·m without the rows within 5 N·m of its ends.
     torque = np.concatenate([np.arange(-100.0, 100.0), np.arange(100.0, -100.0, -1.0), np.arange(-100.0, 101.0)])
     branch = np.where(np.arange(torque.size) // 200 == 1, -1.0, 1.0)
     rows = np.flatnonzero(np.abs(torque) <= 95.0)
@@ -256,14 +257,17 @@ def test_friction_that_has_turned_round_by_the_first_row_sticks_over_no_more_tha
     loop = residuals("loop").recording
     measurement = replace(loop.measurement, columns={"torque_nm": torque, "angle_arcmin": torque})
     recording = replace(loop, measurement=measurement, rows=rows)
-    found = form_error(10.0 * branch[rows], reducer(), recording, torque[rows], torque[rows])
-    # While it sticks friction passes linearly from one side to the other, and is zero half way: before 5 N·m.
     passed = 100.0 + branch[rows] * torque[rows]
-    triangle = 0.5 * 10.0 * branch[rows] * np.maximum(1.0 - passed / 10.0, 0.0)
-    assert np.count_nonzero(triangle) == 2 * 5
-    np.testing.assert_allclose(found[:, -1], triangle, atol=1e-9)
-    # One that sticks over half of that torque slips at all rows.
-    np.testing.assert_allclose(found[:, -2], 0.0, atol=1e-9)
+    for friction in (10.0, 0.0):
+        through = 1e3 * (torque[rows] - friction * branch[rows])
+        curve = SimpleNamespace(prediction=SimpleNamespace(terms=[SimpleNamespace(through=through)]))
+        found = form_error_of_loop(10.0 * branch[rows], curve, recording)
+        # While it sticks friction passes linearly from one side to the other: over 20 N·m, in another form over 10.
+        for column, over in ((found[:, -1], 2.0 * friction), (found[:, -2], friction)):
+            triangle = 0.5 * 10.0 * branch[rows] * np.maximum(1.0 - passed / max(over, 1e-6), 0.0)
+            # 5 N·m at either end have no rows.
+            assert np.count_nonzero(triangle) == 2 * max(over - 5.0, 0.0)
+            np.testing.assert_allclose(column, triangle, atol=1e-9)
 
 
 def test_rows_of_a_loop_near_zero_on_the_stage_may_touch_either_flank():

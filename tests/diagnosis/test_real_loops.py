@@ -59,7 +59,7 @@ def test_friction_and_a_compliance_or_play_are_named(
     names = {one.candidate.name for one in found.effects}
     assert any("friction" in one for one in names)
     assert names & GIVES_WAY
-    # Nobody hid an error of a pin or a tooth of the size that printed parts give way.
+    # No error of a pin or a tooth is as large as these parts give way.
     assert {one for one in names if "friction" not in one and "creep" not in one} <= GIVES_WAY
     (gap,) = found.gaps
     assert 1.0 - gap.held_out_after / gap.held_out_before > 0.8

@@ -38,7 +38,7 @@ from cycloid_profile.units import NEWTON_METRE
 _NEAR, _FAR = 1.0, 4.0  # pin pitches over which the coupling of neighbouring pins by the disc decays
 _STICKS = (0.5, 1.0)  # of the torque over which friction sticks after a reversal: others slip at once, or sooner
 _OCTAVES = 6  # of torque: below a thirtieth of the largest either flank may touch
-_NO_FRICTION = 1e-6  # of the largest torque
+_LEAST_FRICTION = 1e-6  # of the largest torque: it sticks over less than the step between any two rows
 _TORQUE_STEP = 0.1  # of the largest torque: about one further pin bears
 _CORNER_MULTIPLES = 50  # of lobes and of pins: a corner is as narrow as the load on a tooth that just touches
 _SHARED = 0.3  # of the largest singular value of waves: those of two that hardly differ are below
@@ -301,7 +301,8 @@ def smooth_columns(
 def form_error(
     signature: FloatArray, reducer: AsBuiltReducer, recording: Recording, position: FloatArray, phase: FloatArray
 ) -> FloatArray:
-    """Columns of the error in the form of one effect: its ``signature``, shape (rows,), slowly modulated.
+    """Columns of the error in the form of one effect on a scan or turn: its ``signature``, shape (rows,), slowly
+    modulated.
 
     Along lobe and disc for a scan (``phase`` of the lobe [rad]), along mesh and turn for a curve over a turn.
     """
@@ -355,11 +356,12 @@ def form_error_of_loop(signature: FloatArray, curve: LinearisedCurve, recording:
     elastic = smooth @ np.linalg.lstsq(smooth, signature, rcond=None)[0]
     path = signature - elastic
     slow = [elastic * t, elastic * t * t, elastic * t**3, path * t, path * branch, path * branch * t]
-    # One friction slips at once, another sticks until it pulls the other way: they differ by a triangle of that length.
-    # It grows steadily with the friction of the model: each step of an error would be another minimum of the misfit.
+    # Friction that sticks turns from one side to the other over twice its torque, friction that slips at once: they
+    # differ by a triangle of that length. It follows the friction of the model without steps, each of which would be
+    # another minimum of the misfit. Without friction nothing sticks.
     full = branch * float(np.max(np.abs(path), initial=0.0))
     friction = np.abs(t - curve.prediction.terms[0].through / (peak * NEWTON_METRE))
-    stick = 2.0 * float(np.nanmax(friction, initial=_NO_FRICTION))
+    stick = 2.0 * float(np.max(friction, initial=_LEAST_FRICTION))
     after = [np.maximum(1.0 - past / (share * stick), 0.0) * full for share in _STICKS]
     return np.stack([*(tuned.FORM * one for one in slow), *(tuned.REVERSAL * one for one in after)], axis=1)
 

@@ -184,7 +184,7 @@ class Residuals:
         """Error in the form of effects at coordinates ``u``, as columns with their prior widths."""
         signatures = np.einsum("rmc,mc->mr", self.columns(members), u.reshape(-1, 2))
         if self.recording.kind is HYSTERESIS:
-            # The form of an effect on a loop errs with torque and path: the shape between two that are proposed, too.
+            # On a loop these columns cover a shape between two proposed ones, so that ``_shape_error`` is not added.
             each = [form_error_of_loop(one, self.first_order, self.recording) for one in signatures if np.any(one)]
             each += [
                 law_error(one, self.reducer, self.recording)

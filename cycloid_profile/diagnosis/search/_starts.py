@@ -30,11 +30,13 @@ from cycloid_profile.geometry import Trochoid
 
 _SIZES = (0.5, 2.0)  # prior widths: a flank that lifts off at one of them may bear at the other
 _ANGLES = 16  # per turn: the next pin bears after about one of them
-_LEAST_SIZE, _LARGEST_SIZE = 0.25, 2.0  # prior widths, of the responses at all angles
+_LEAST_SIZE, _LARGEST_SIZE = 0.25, 2.0  # prior widths, of the responses at all places of the turn
 _FEW = 16  # places and shapes of one effect that are all tried
 _REACH = 1.5  # lobes or pins
 _LEAST, _MOST = 0.1, 5.0  # times this size: range of the starts
 _NOT_LINEAR = 0.1  # share of the square of a response: an error of a third
+# Places of an effect round the turn, each with the direction of its coordinates there, shape (2,).
+_Places = list[tuple[Candidate, FloatArray]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,50 +77,43 @@ def _symmetric(model: ExactModel) -> bool:
     return model.reducer.discs == 2 and model.reducer.case.drive.trochoid.pins % 2 == 0
 
 
-_Places = list[
-    tuple[Candidate, FloatArray]
-]  # of an effect around the turn in order, each with its direction, shape (2,)
+def _around(model: ExactModel, candidates: Sequence[Candidate]) -> Iterator[list[_Places]]:
+    """Effects of the whole turn that depend on an angle, or on the lobe where wear begins: the places of each.
 
-
-def _around(model: ExactModel, candidates: Sequence[Candidate]) -> list[list[_Places]]:
-    """Effects that act on the whole turn and depend on a place in it: the places of each, for each sign.
-
-    The place is an angle, or the lobe at which wear begins.
+    One list of places for each sign of an effect, in order round the turn.
     """
     symmetric = _symmetric(model)
-    found = []
     for one in candidates:
         # The other disc responds as the first does to the effect rotated by 180°. Cranks stay where they are.
         if one.angle is not None and not (symmetric and one.choice.get("disc") == 2 and "crank" not in one.choice):
             # Over half a turn if a rotation by 180° changes nearly nothing.
             number = _ANGLES // 2 if symmetric and one.same_at_180 else _ANGLES
             turns = 2.0 * np.pi * np.arange(number) / _ANGLES
-            found.append([[(one, np.array([np.cos(turn), np.sin(turn)])) for turn in turns]])
+            yield [[(one, np.array([np.cos(turn), np.sin(turn)])) for turn in turns]]
     begins: dict[tuple[Variety, object], list[Candidate]] = {}
     for one in candidates:
-        # An effect begun a lobe further is found from its neighbour, see ``moved_nearby``.
-        if one.choice.get("first_lobe", 0) % 2 == 1 and not one.choice.get("start_in_lobe"):
+        # Wear from an even lobe on is found from the odd one next to it (``moved_nearby``), and that of the other disc
+        # of two from the first (``on_other_parts``).
+        begun_at_odd_lobe = "first_lobe" in one.choice and one.along is not None and one.along % 2.0 == 1.0
+        if begun_at_odd_lobe and not (symmetric and one.choice.get("disc") == 2):
             begins.setdefault((one.variety, one.choice.get("disc")), []).append(one)
-    for (_, disc), some in begins.items():
-        if not (symmetric and disc == 2):
-            signs = (1.0,) if some[0].one_sided else (1.0, -1.0)
-            found.append([[(one, np.array([sign, 0.0])) for one in some] for sign in signs])
-    return found
+    for some in begins.values():
+        signs = (1.0,) if some[0].one_sided else (1.0, -1.0)
+        yield [[(one, np.array([sign, 0.0])) for one in some] for sign in signs]
 
 
-def _at_other_places(model: ExactModel, effects: list[list[_Places]], offsets: tuple[int, ...]) -> list[Proposal]:
+def _at_other_places(model: ExactModel, effects: Iterable[list[_Places]], offsets: tuple[int, ...]) -> list[Proposal]:
     """Effects at each place of the turn where a multiple of their response explains most, the best of each first.
 
     At the one pose of a loop few pins bear, and which of them depends on the place: several may fit. It depends on the
     size, too.
     """
     ranked = []
-    for turns in effects:
-        size = _size_of_gap(model, turns[0])
-        starts = [start for places in turns for start in _at_peaks(model, places, size, offsets)] if size else []
+    for by_sign in effects:
+        starts = [start for places in by_sign for start in _at_peaks(model, places, offsets)]
         starts.sort(key=lambda start: start[0])
         ranked += [(rank, chi2, proposal) for rank, (chi2, proposal) in enumerate(starts)]
-    return [proposal for *_, proposal in sorted(ranked, key=lambda start: start[:2])[: tuned.FINITE_AT_ANGLES]]
+    return [proposal for *_, proposal in sorted(ranked, key=lambda start: start[:2])[: tuned.FINITE_AROUND]]
 
 
 def _size_of_gap(model: ExactModel, places: _Places) -> float:
@@ -137,11 +132,14 @@ def _size_of_gap(model: ExactModel, places: _Places) -> float:
     return float(np.clip(np.sqrt(gap / np.mean(shown)), _LEAST_SIZE, _LARGEST_SIZE)) if seen else 0.0
 
 
-def _at_peaks(
-    model: ExactModel, places: _Places, size: float, offsets: tuple[int, ...]
-) -> list[tuple[float, Proposal]]:
-    """Starts at the places where a multiple of the response to one ``size`` reduces chi² most, each with its chi²: as
-    tried, or the multiple if better."""
+def _at_peaks(model: ExactModel, places: _Places, offsets: tuple[int, ...]) -> list[tuple[float, Proposal]]:
+    """Starts at the places where a multiple of the response at the size of the gap reduces chi² most, with their chi².
+
+    The start is that size, or the multiple if it fits better.
+    """
+    size = _size_of_gap(model, places)
+    if not size:
+        return []
     drop, multiple = np.zeros(len(places)), np.ones(len(places))
     for i, (one, direction) in enumerate(places):
         state = model.state([one], size * direction)

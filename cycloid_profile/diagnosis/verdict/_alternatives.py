@@ -22,9 +22,9 @@ from cycloid_profile.diagnosis.verdict.result import NamedEffect, SizedEffect
 
 _RESCORED_SWAPS = 4  # names, each of one disc and of all
 _RESCORED_PLACES = 6  # locations of the same effect
-_PLACES_OF_LOOPS = 3  # locations of one name: on a loop they differ little
-_REACH_OF_CURVES = 40.0  # half chi², of other locations
-_LISTED = 5  # names in a note
+_PLACES_OF_LOOPS = 3  # places and shapes of one variety: on a loop they differ little
+_REACH_OF_LOCATIONS = 40.0  # half chi²: other locations on curves that are this much worse are not fitted
+_LISTED = 5  # names in a note or in a line of progress
 _STEPS = 4  # of a replaced member: the others start at their optimum
 
 
@@ -146,10 +146,11 @@ def ambiguity_group(
             continue
         if _fit_of(rescored) >= _fit_of(best) - _distinguished(best):
             group.setdefault(alternative.name, alternative)
-    names, at_places, reach = float(_RESCORED_SWAPS), 1, tuned.DISTINGUISHED
+    names: float = _RESCORED_SWAPS
+    at_places, reach = 1, tuned.DISTINGUISHED
     if found.model.only_loops:
         # With few pins in contact, linear equations misjudge effects that load further pins. A loop has one pose: the
-        # exact model is cheap, and tries every name.
+        # exact model is cheap, and tries every name of plausible size there.
         names, at_places, reach = math.inf, _PLACES_OF_LOOPS, math.inf
     evaluated: list[tuple[int, float]] = []
     tried: Counter[Variety] = Counter()
@@ -157,15 +158,17 @@ def ambiguity_group(
         alternative = library.candidates[i]
         if alternative.name in group or tried[alternative.variety] >= at_places:
             continue
-        asked = {one for one, *_ in tried}
-        if alternative.name in asked or len(asked) < names:
+        names_tried = {one for one, *_ in tried}
+        if alternative.name in names_tried or len(names_tried) < names:
             # The exact model evaluates the nearest alternatives, linear equations the rest.
             tried[alternative.variety] += 1
             evaluated.append((i, deficit))
         elif deficit < tuned.DISTINGUISHED:
             group[alternative.name] = alternative
     if evaluated:
-        progress(f"alternatives: {', '.join(dict.fromkeys(library.candidates[i].name for i, _ in evaluated))}")
+        asked = list(dict.fromkeys(library.candidates[i].name for i, _ in evaluated))
+        listed = [*asked[:_LISTED], *("…" for _ in asked[_LISTED : _LISTED + 1])]
+        progress(f"alternatives: {', '.join(listed)}")
     for (i, deficit), optimum in zip(evaluated, _swapped(found, member, evaluated), strict=True):
         if _fits_as_well(best, optimum, deficit):
             group.setdefault(library.candidates[i].name, library.candidates[i])
@@ -174,7 +177,7 @@ def ambiguity_group(
 
 def _at_other_locations(found: SearchResult, member: int, progress: Callable[[str], None]) -> tuple[SizedEffect, ...]:
     """The same effect on other discs, cranks, lobes or pins that fits as well."""
-    reach = tuned.DISTINGUISHED if found.model.only_scans else _REACH_OF_CURVES
+    reach = tuned.DISTINGUISHED if found.model.only_scans else _REACH_OF_LOCATIONS
     near = swaps(found, member, reach, other_locations=True)[:_RESCORED_PLACES]
     if near:
         progress(f"other locations of {found.best.members[member].name}")
