@@ -262,8 +262,8 @@ def test_friction_errs_after_a_reversal_until_it_pulls_the_other_way():
         through = 1e3 * (torque[rows] - friction * branch[rows])
         curve = SimpleNamespace(prediction=SimpleNamespace(terms=[SimpleNamespace(through=through)]))
         found = form_error_of_loop(10.0 * branch[rows], curve, recording)
-        # While it sticks friction passes linearly from one side to the other: over 20 N·m, in another form over 10.
-        for column, over in ((found[:, -1], 2.0 * friction), (found[:, -2], friction)):
+        # While it sticks friction passes linearly from one side to the other: over 20 N·m, in other forms 10 or 30.
+        for column, over in zip(found[:, -2:].T, (friction, 3.0 * friction), strict=True):
             triangle = 0.5 * 10.0 * branch[rows] * np.maximum(1.0 - passed / max(over, 1e-6), 0.0)
             # 5 N·m at either end have no rows.
             assert np.count_nonzero(triangle) == 2 * max(over - 5.0, 0.0)

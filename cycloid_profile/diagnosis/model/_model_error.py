@@ -36,7 +36,7 @@ from cycloid_profile.rig import LinearisedCurve
 from cycloid_profile.units import NEWTON_METRE
 
 _NEAR, _FAR = 1.0, 4.0  # pin pitches over which the coupling of neighbouring pins by the disc decays
-_STICKS = (0.5, 1.0)  # of the torque over which friction sticks after a reversal: others slip at once, or sooner
+_STICKS = (0.5, 1.5)  # of the torque over which friction sticks after a reversal: others slip sooner or later
 _OCTAVES = 6  # of torque: below a thirtieth of the largest either flank may touch
 _LEAST_FRICTION = 1e-6  # of the largest torque: it sticks over less than the step between any two rows
 _TORQUE_STEP = 0.1  # of the largest torque: about one further pin bears
@@ -356,9 +356,9 @@ def form_error_of_loop(signature: FloatArray, curve: LinearisedCurve, recording:
     elastic = smooth @ np.linalg.lstsq(smooth, signature, rcond=None)[0]
     path = signature - elastic
     slow = [elastic * t, elastic * t * t, elastic * t**3, path * t, path * branch, path * branch * t]
-    # Friction that sticks turns from one side to the other over twice its torque, friction that slips at once: they
-    # differ by a triangle of that length. It follows the friction of the model without steps, each of which would be
-    # another minimum of the misfit. Without friction nothing sticks.
+    # Friction that sticks turns from one side to the other over twice its torque, friction that slips at once, and that
+    # of many contacts bit by bit: they differ by triangles of about that length. It follows the friction of the model
+    # without steps, each of which would be another minimum of the misfit. Without friction nothing sticks.
     full = branch * float(np.max(np.abs(path), initial=0.0))
     friction = np.abs(t - curve.prediction.terms[0].through / (peak * NEWTON_METRE))
     stick = 2.0 * float(np.max(friction, initial=_LEAST_FRICTION))
