@@ -357,8 +357,8 @@ def form_error_of_loop(signature: FloatArray, curve: LinearisedCurve, recording:
     path = signature - elastic
     slow = [elastic * t, elastic * t * t, elastic * t**3, path * t, path * branch, path * branch * t]
     # Friction that sticks turns from one side to the other over twice its torque, friction that slips at once, and that
-    # of many contacts bit by bit: they differ by triangles of about that length. It follows the friction of the model
-    # without steps, each of which would be another minimum of the misfit. Without friction nothing sticks.
+    # of many contacts bit by bit: they differ by triangles of about that length. The length follows the friction of
+    # the model without steps, each of which would be another minimum of the misfit. Without friction nothing sticks.
     full = branch * float(np.max(np.abs(path), initial=0.0))
     friction = np.abs(t - curve.prediction.terms[0].through / (peak * NEWTON_METRE))
     stick = 2.0 * float(np.max(friction, initial=_LEAST_FRICTION))
