@@ -83,19 +83,18 @@ def _around(model: ExactModel, candidates: Sequence[Candidate]) -> Iterator[list
     One list of places for each sign of an effect, in order round the turn.
     """
     symmetric = _symmetric(model)
-    for one in candidates:
-        # The other disc responds as the first does to the effect rotated by 180°. Cranks stay where they are.
-        if one.angle is not None and not (symmetric and one.choice.get("disc") == 2 and "crank" not in one.choice):
+    # The other disc responds as the first does to the effect rotated by 180°. Cranks stay where they are.
+    tried = [one for one in candidates if not symmetric or one.choice.get("disc") != 2 or "crank" in one.choice]
+    for one in tried:
+        if one.angle is not None:
             # Over half a turn if a rotation by 180° changes nearly nothing.
             number = _ANGLES // 2 if symmetric and one.same_at_180 else _ANGLES
             turns = 2.0 * np.pi * np.arange(number) / _ANGLES
             yield [[(one, np.array([np.cos(turn), np.sin(turn)])) for turn in turns]]
     begins: dict[tuple[Variety, object], list[Candidate]] = {}
-    for one in candidates:
-        # Wear from an even lobe on is found from the odd one next to it (``moved_nearby``), and that of the other disc
-        # of two from the first (``on_other_parts``).
-        begun_at_odd_lobe = "first_lobe" in one.choice and one.along is not None and one.along % 2.0 == 1.0
-        if begun_at_odd_lobe and not (symmetric and one.choice.get("disc") == 2):
+    for one in tried:
+        # Wear from an even lobe on is found from the odd one next to it (``moved_nearby``).
+        if "first_lobe" in one.choice and one.along is not None and one.along % 2.0 == 1.0:
             begins.setdefault((one.variety, one.choice.get("disc")), []).append(one)
     for some in begins.values():
         signs = (1.0,) if some[0].one_sided else (1.0, -1.0)

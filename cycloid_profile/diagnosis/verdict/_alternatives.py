@@ -167,8 +167,8 @@ def ambiguity_group(
             group[alternative.name] = alternative
     if evaluated:
         asked = list(dict.fromkeys(library.candidates[i].name for i, _ in evaluated))
-        listed = [*asked[:_LISTED], *("…" for _ in asked[_LISTED : _LISTED + 1])]
-        progress(f"alternatives: {', '.join(listed)}")
+        more = ", …" if len(asked) > _LISTED else ""
+        progress(f"alternatives: {', '.join(asked[:_LISTED])}{more}")
     for (i, deficit), optimum in zip(evaluated, _swapped(found, member, evaluated), strict=True):
         if _fits_as_well(best, optimum, deficit):
             group.setdefault(library.candidates[i].name, library.candidates[i])
