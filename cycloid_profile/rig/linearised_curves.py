@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
-from cycloid_profile.contact.mesh import Meshing
+from cycloid_profile.contact.bodies import DiscCompliance, stage_displacements
 from cycloid_profile.contact.stage import LoadedContacts, StageTangent
 from cycloid_profile.effects import AsBuiltReducer, ReducerChange
 from cycloid_profile.measurement import HYSTERESIS
@@ -58,10 +58,8 @@ class LinearisedCurve:
         changed = sum(one.term.weight * one.opened(by) for one in self._terms)
         return np.asarray(changed) / self.prediction.unit
 
-    def softened(self, by: Callable[[Meshing, FloatArray], FloatArray]) -> FloatArray:
-        """Change of the column by discs that give way further, shape (rows,): ``by``, displacements at pins and bearing
-        holes under the forces on the discs, both in the order of ``stage_compliance`` [mm, N].
-        """
+    def softened(self, by: tuple[DiscCompliance, ...]) -> FloatArray:
+        """Change of the column by discs with a further compliance ``by``, one each, shape (rows,)."""
         changed = sum(one.term.weight * one.softened(by) for one in self._terms)
         return np.asarray(changed) / self.prediction.unit
 
@@ -139,11 +137,11 @@ class _TermTangent:
         turned = np.bincount(at.pose, self.weight * by(at), self.term.sharing.torque.size)
         return np.asarray(turned[self.term.equivalent.representative])
 
-    def softened(self, by: Callable[[Meshing, FloatArray], FloatArray]) -> FloatArray:
-        """Rotation by discs that give way further under the present forces, shape (rows,) [rad]."""
+    def softened(self, by: tuple[DiscCompliance, ...]) -> FloatArray:
+        """Rotation by discs with a further compliance under the present forces, shape (rows,) [rad]."""
         sharing, bearings = self.term.sharing, self.tangent.bearings
         assert sharing.stage is not None
-        moved = by(sharing.stage.meshing, sharing.load)
+        moved = stage_displacements(by, sharing.stage.meshing, sharing.load)
         flanks, holes = np.split(moved, [sharing.force[0].size], axis=1)
         receded = flanks.reshape(sharing.force.shape)
         by_holes = np.sum(bearings * holes.reshape(bearings.shape), axis=(1, 2))

@@ -14,10 +14,10 @@ from cycloid_profile.contact.bodies import (
     DiscCompliance,
     PartDeviations,
     disc_compliance,
-    displacements_by_holes,
     kept_compliance,
     read_disc_compliance,
     stage_compliance,
+    stage_displacements,
     support_model,
 )
 from cycloid_profile.contact.bodies.elastic_disc._elements import (
@@ -133,13 +133,24 @@ def test_a_compliance_that_is_too_large_is_not_kept(elastic, monkeypatch):
     assert not np.shares_memory(first, stage_compliance(elastic.disc_bodies, mesh(trochoid, angle, 2)))
 
 
+def test_displacements_are_those_of_the_compliance_where_forces_act(elastic):
+    meshing = mesh(elastic.drive.trochoid, np.array([0.2, 1.1, 3.0]), 2)
+    C, rng = stage_compliance(elastic.disc_bodies, meshing), np.random.default_rng(2)
+    load, pins = rng.normal(size=C.shape[:2]), meshing.phase[0].size
+    load[:, :pins] *= rng.random((3, pins)) < 0.4
+    found = stage_displacements(elastic.disc_bodies, meshing, load)
+    expected = np.einsum("pij,pj->pi", C, load)
+    expected[:, :pins] *= load[:, :pins] != 0.0
+    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-15)
+
+
 def test_holes_move_what_the_whole_disc_does_without_the_flanks_of_each_other(elastic):
     meshing = mesh(elastic.drive.trochoid, np.array([0.2, 3.0]), 2)
     C = stage_compliance(elastic.disc_bodies, meshing).copy()
     load = np.random.default_rng(2).normal(size=C.shape[:2])
     pins = meshing.phase[0].size
     C[:, :pins, :pins] = 0.0
-    found = displacements_by_holes(elastic.disc_bodies, meshing, load)
+    found = stage_displacements(tuple(one.hole_part for one in elastic.disc_bodies), meshing, load)
     np.testing.assert_allclose(found, np.einsum("pij,pj->pi", C, load), rtol=1e-9, atol=1e-15)
 
 

@@ -8,7 +8,6 @@ from cycloid_profile.contact.bodies.deviations import NO_DEVIATIONS as NO_DEVIAT
 from cycloid_profile.contact.bodies.deviations import PartDeviations as PartDeviations
 from cycloid_profile.contact.bodies.elastic_disc import DiscCompliance as DiscCompliance
 from cycloid_profile.contact.bodies.elastic_disc import disc_compliance as disc_compliance
-from cycloid_profile.contact.bodies.elastic_disc import displacements_by_holes as displacements_by_holes
 from cycloid_profile.contact.bodies.elastic_disc import kept_compliance as kept_compliance
 from cycloid_profile.contact.bodies.elastic_disc import read_disc_compliance as read_disc_compliance
 from cycloid_profile.contact.bodies.elastic_disc import stage_compliance as stage_compliance

@@ -95,11 +95,12 @@ class StageTangent:
         """Motion of carrier and discs per deformation of every pin and bearing, normals fixed, shape (poses, unknowns,
         forces), zero without equilibrium [rad/mm, 1].
         """
-        energy = self.energy
+        energy, J = self.energy, self.energy.by_motion
+        by_motion = energy.stiffness_times(self.point, J)
         unit = np.broadcast_to(np.eye(energy.arm.size), (len(energy.torque), energy.arm.size, energy.arm.size))
-        motion = solve_linear_compliance(energy.hessian(self.point), unit, _RCOND)
+        motion = solve_linear_compliance(np.swapaxes(J, 1, 2) @ by_motion, unit, _RCOND)
         # By reciprocity: the forces of pins and bearings that balance a unit load on each part.
-        forces = np.swapaxes(energy.stiffness_times(self.point, energy.by_motion @ motion), 1, 2)
+        forces = np.swapaxes(by_motion @ motion, 1, 2)
         return -np.nan_to_num(forces[..., : energy.gap[0].size + energy.stretch[0].size], posinf=0.0, neginf=0.0)
 
     def forces_per_deformation(self, pins: IntArray) -> FloatArray:

@@ -6,15 +6,13 @@ effect. These differences grow with the load and with the effect, so that they h
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 
 from cycloid_profile.arrays import BoolArray, ComplexArray, FloatArray, IntArray
-from cycloid_profile.contact.bodies import DiscCompliance, displacements_by_holes, stage_displacements
-from cycloid_profile.contact.mesh import Meshing
+from cycloid_profile.contact.bodies import DiscCompliance
 from cycloid_profile.contact.stage import LoadedContacts
 from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.data._loops import (
@@ -79,8 +77,7 @@ def load_error(reducer: AsBuiltReducer, curve: LinearisedCurve) -> FloatArray:
 
 def uneven_discs(reducer: AsBuiltReducer, curve: LinearisedCurve) -> FloatArray:
     """The column of elastic discs that are softer in some directions, shape (rows, 1); none for rigid discs."""
-    parts = tuple(one.uneven_part for one in reducer.case.disc_bodies)
-    return _softened(parts, lambda meshing, load: stage_displacements(parts, meshing, load), curve)
+    return _softened(tuple(one.uneven_part for one in reducer.case.disc_bodies), curve)
 
 
 def hole_error(reducer: AsBuiltReducer, curve: LinearisedCurve) -> FloatArray:
@@ -88,14 +85,11 @@ def hole_error(reducer: AsBuiltReducer, curve: LinearisedCurve) -> FloatArray:
 
     Forces on the holes bend the disc as its flanks do, and more where one crank carries more than the others.
     """
-    discs = reducer.case.disc_bodies
-    return _softened(discs, lambda meshing, load: displacements_by_holes(discs, meshing, load), curve)
+    return _softened(tuple(one.hole_part for one in reducer.case.disc_bodies), curve)
 
 
-def _softened(
-    discs: tuple[DiscCompliance, ...], by: Callable[[Meshing, FloatArray], FloatArray], curve: LinearisedCurve
-) -> FloatArray:
-    if not discs:
+def _softened(by: tuple[DiscCompliance, ...], curve: LinearisedCurve) -> FloatArray:
+    if not by:
         return np.zeros((curve.prediction.rows.size, 0))
     return _finite(tuned.HOLES * curve.softened(by)[:, np.newaxis])
 

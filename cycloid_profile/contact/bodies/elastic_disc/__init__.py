@@ -2,7 +2,6 @@
 
 from cycloid_profile.contact.bodies.elastic_disc.compliance import DiscCompliance as DiscCompliance
 from cycloid_profile.contact.bodies.elastic_disc.compliance import read_disc_compliance as read_disc_compliance
-from cycloid_profile.contact.bodies.elastic_disc.displacements import displacements_by_holes as displacements_by_holes
 from cycloid_profile.contact.bodies.elastic_disc.displacements import kept_compliance as kept_compliance
 from cycloid_profile.contact.bodies.elastic_disc.displacements import stage_compliance as stage_compliance
 from cycloid_profile.contact.bodies.elastic_disc.displacements import stage_displacements as stage_displacements

@@ -71,6 +71,64 @@ def fill_compliance(  # pragma: no cover
                 found[at + 1, column], found[at + 1, column + 1] = bx * cos - by * sin, bx * sin + by * cos
 
 
+@kernel
+def fill_displacements(  # pragma: no cover
+    matrix: FloatArray,
+    own: FloatArray,
+    along: FloatArray,
+    turned: FloatArray,
+    load: FloatArray,
+    found: FloatArray,
+    begin: int,
+    end: int,
+) -> None:
+    """Fill the product of ``fill_compliance`` and ``load`` at loaded pins and all bearings, shape (poses, forces), of
+    the poses from ``begin`` to ``end``.
+    """
+    _, discs, pins = along.shape
+    points = own.shape[1]
+    bearings = (matrix.shape[1] - points) // 2
+    node, weight = np.empty((pins, 4), np.int64), np.empty((pins, 4))
+    where, force = np.empty(4 * pins + 2 * bearings, np.int64), np.empty(4 * pins + 2 * bearings)
+    for p in range(begin, end):
+        for d in range(discs):
+            C, first, at = matrix[d], d * pins, discs * pins + 2 * d * bearings
+            cos, sin = math.cos(turned[p, d]), math.sin(turned[p, d])
+            count = 0
+            for k in range(pins):
+                F = load[p, first + k]
+                if F != 0.0:
+                    _cubic(along[p, d, k], points, node[k], weight[k])
+                    for i in range(4):
+                        where[count], force[count] = node[k, i], weight[k, i] * F
+                        count += 1
+            for b in range(bearings):
+                x, y = load[p, at + 2 * b], load[p, at + 2 * b + 1]
+                where[count], force[count] = points + 2 * b, cos * x + sin * y
+                where[count + 1], force[count + 1] = points + 2 * b + 1, cos * y - sin * x
+                count += 2
+            # A pin's own force moves it by ``own`` alone.
+            before = 0
+            for k in range(pins):
+                F = load[p, first + k]
+                if F != 0.0:
+                    moved = 0.0
+                    for i in range(4):
+                        row = own[d, node[k, i]] * F
+                        for c in range(count):
+                            if not before <= c < before + 4:
+                                row += C[node[k, i], where[c]] * force[c]
+                        moved += weight[k, i] * row
+                    found[p, first + k] = moved
+                    before += 4
+            for b in range(bearings):
+                x, y = 0.0, 0.0
+                for c in range(count):
+                    x += C[points + 2 * b, where[c]] * force[c]
+                    y += C[points + 2 * b + 1, where[c]] * force[c]
+                found[p, at + 2 * b], found[p, at + 2 * b + 1] = cos * x - sin * y, sin * x + cos * y
+
+
 @inner
 def _cubic(at: float, points: int, node: IntArray, weight: FloatArray) -> None:  # pragma: no cover
     """The four flank points round a place, and Lagrange's weights of them."""

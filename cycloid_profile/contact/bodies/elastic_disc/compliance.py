@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ FORMAT = "cycloid-profile disc compliance 1"
 _COPIES = 4.0  # of a matrix while it is read and checked
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, repr=False)
 class DiscCompliance(Described):
     """Compliance of one disc, its forces in equilibrium with reactions at the bearings.
 
@@ -51,7 +52,7 @@ class DiscCompliance(Described):
             "recession under 1 kN there": f"{np.min(own):.3f} to {np.max(own):.3f} µm",
         }
 
-    @property
+    @cached_property
     def uneven_part(self) -> DiscCompliance:
         """What the compliance between flank points differs by from its mean over all lobes: holes make a disc softer in
         some directions. Zero for a disc that is the same at all lobes.
@@ -65,6 +66,13 @@ class DiscCompliance(Described):
         matrix[:points, :points] = self.matrix[:points, :points] - even
         own = self.own - np.tile(np.mean(self.own.reshape(self.lobes, -1), axis=0), self.lobes)
         return replace(self, key=f"{self.key}, uneven part", matrix=matrix, own=own)
+
+    @cached_property
+    def hole_part(self) -> DiscCompliance:
+        """What bearing holes move, and what forces on them move, without what flanks move under forces on flanks."""
+        points, matrix = len(self.own), self.matrix.copy()
+        matrix[:points, :points] = 0.0
+        return replace(self, key=f"{self.key}, holes", matrix=matrix, own=np.zeros(points))
 
     def scaled(self, factor: float) -> DiscCompliance:
         """The compliance times ``factor``, as of another modulus or width."""

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from threading import Lock
 
 import numpy as np
@@ -18,7 +18,6 @@ from cycloid_profile.contact.bodies.elastic_disc.compliance import DiscComplianc
 from cycloid_profile.contact.mesh import Meshing, mesh
 from cycloid_profile.geometry import Trochoid
 
-_POSES_AT_ONCE = 64  # of displacements: compliances of 130 forces take 9 MB
 _KEPT_BYTES = 1e9  # of compliances kept: those of a bench of 3,000 rows with two discs of 60 pins take half
 
 
@@ -126,31 +125,15 @@ _KEPT = _Latest(_KEPT_BYTES)
 def stage_displacements(discs: tuple[DiscCompliance, ...], meshing: Meshing, load: FloatArray) -> FloatArray:
     """Displacements under the forces ``load`` on elastic discs, both of shape (poses, forces) [mm, N].
 
-    Order of the forces as in ``stage_compliance``.
+    Of all bearings and of the pins that carry a force, zero at the others. Order of the forces as in
+    ``stage_compliance``.
     """
-    found = np.empty_like(load)
-    for some, compliance in _in_parts(discs, meshing):
-        found[some] = np.einsum("pij,pj->pi", compliance, load[some])
+    from cycloid_profile.compiled import on_all_cores
+    from cycloid_profile.contact.bodies.elastic_disc._kernels import fill_displacements
+
+    found = np.zeros_like(load)
+    on_all_cores(partial(fill_displacements, *_compiled(discs), *_places(discs, meshing), load, found), len(load))
     return found
-
-
-def displacements_by_holes(discs: tuple[DiscCompliance, ...], meshing: Meshing, load: FloatArray) -> FloatArray:
-    """``stage_displacements`` without those of flanks under forces on flanks, shape (poses, forces) [mm].
-
-    What remains is what bearing holes move, and what forces on them move.
-    """
-    found, pins = np.empty_like(load), meshing.phase[0].size
-    for some, compliance in _in_parts(discs, meshing):
-        found[some, :pins] = np.einsum("pij,pj->pi", compliance[:, :pins, pins:], load[some, pins:])
-        found[some, pins:] = np.einsum("pij,pj->pi", compliance[:, pins:], load[some])
-    return found
-
-
-def _in_parts(discs: tuple[DiscCompliance, ...], meshing: Meshing) -> Iterator[tuple[slice, FloatArray]]:
-    """``stage_compliance`` of a few poses at a time, with their place."""
-    for first in range(0, len(meshing.phase), _POSES_AT_ONCE):
-        some = slice(first, first + _POSES_AT_ONCE)
-        yield some, stage_compliance(discs, meshing.poses(some))
 
 
 def _compiled(discs: tuple[DiscCompliance, ...]) -> tuple[FloatArray, FloatArray]:
