@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
@@ -53,15 +54,24 @@ inlined = _compiler(forceinline=True)
 contracted = _compiler(fastmath={"contract"}, **_NO_ENTRY)
 
 
+@cache
+def _threads() -> ThreadPoolExecutor:
+    """Threads of this process, started once: a block of poses takes little longer than the start of a thread."""
+    return ThreadPoolExecutor(get_num_threads())
+
+
+if hasattr(os, "register_at_fork"):  # a child has no threads of its parent
+    os.register_at_fork(after_in_child=_threads.cache_clear)
+
+
 def on_all_cores(solve: Callable[[int, int], None], count: int) -> None:
     """Call ``solve`` for consecutive parts of ``range(count)``, begin and end, one a core.
 
     Threads and not numba's own parallel loops, which take five times as long to compile.
     """
-    parts = min(get_num_threads(), count)
-    if parts < 2:
-        return solve(0, count)
+    parts = max(min(get_num_threads(), count), 1)
     ends = [count * i // parts for i in range(parts + 1)]
-    with ThreadPoolExecutor(parts) as pool:
-        list(pool.map(lambda part: solve(*part), pairwise(ends)))
-    return None
+    others = [_threads().submit(solve, *part) for part in pairwise(ends[:-1])]
+    solve(ends[-2], ends[-1])
+    for one in others:
+        one.result()

@@ -20,6 +20,7 @@ from cycloid_profile.diagnosis.model.flank_grid import FlankGrid
 from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
 from cycloid_profile.diagnosis.model.whitened import Whitened, normal_equations
 from cycloid_profile.diagnosis.search import _second_order as second
+from cycloid_profile.diagnosis.search import on_other_parts
 from cycloid_profile.diagnosis.search._fits import Fit, Fits, empty_fit
 from cycloid_profile.diagnosis.search._proposals import equations_about, linear_proposals
 from cycloid_profile.diagnosis.search._starts import (
@@ -30,7 +31,6 @@ from cycloid_profile.diagnosis.search._starts import (
     of_finite_size,
 )
 from cycloid_profile.diagnosis.search._subsampling import smallest_subsample, subsample
-from cycloid_profile.diagnosis.search._symmetric_parts import on_other_parts
 from cycloid_profile.diagnosis.search.lobe_index import index_lobes, offsets_about, with_offsets
 from cycloid_profile.diagnosis.search.seam import _power_from_each_lobe
 from cycloid_profile.measurement import parse_measurement
@@ -132,16 +132,20 @@ def test_equivalent_parts_are_half_a_turn_and_a_third_apart():
     known = Library(library(True), 2)
     # The second disc is mounted 180° further: an oval looks the same, a pitch error is turned round.
     for member, sign in ((oval, 1.0), (pitch, -1.0)):
-        ((members, u),) = on_other_parts(known, optimum_of((member,), [0.6, 0.2]), 2, 3)
+        ((members, u),) = on_other_parts(known, optimum_of((member,), [0.6, 0.2]), reducer())
         (moved,) = known.members(members)
         assert (moved.name, moved.choice["disc"]) == (member.name, 2)
         np.testing.assert_allclose(u, sign * np.array([0.6, 0.2]), atol=1e-12)
     # A crank error of one disc: three cranks on each disc, without the one that it is.
     (crank,) = some("crank_eccentricity_error", disc=1, crank=2)
-    found = on_other_parts(known, optimum_of((crank,), [0.6, 0.0]), 2, 3)
+    found = on_other_parts(known, optimum_of((crank,), [0.6, 0.0]), reducer())
     places = {(known.candidates[i].choice["disc"], known.candidates[i].choice["crank"]) for (i,), _ in found}
     assert places == {(1, 1), (1, 3), (2, 1), (2, 2), (2, 3)}
     assert all(np.array_equal(u, [0.6, 0.0]) for _, u in found)
+    # A pin of 40 meets the second disc as the one across from it meets the first.
+    (pin,) = some("single_pin_error", pin=28)
+    (((place,), _),) = on_other_parts(known, optimum_of((pin,), [0.6, 0.0]), reducer())
+    assert known.candidates[place].choice["pin"] == 8
 
 
 def test_proposals_are_the_best_sets_of_every_move():

@@ -68,3 +68,18 @@ def test_uncertainties_follow_from_the_residual_noise(wrong):
     assert optimum is not None
     variance = model.with_residual_noise(optimum).covariance[0, 0]
     assert variance == pytest.approx(optimum.covariance[0, 0] / wrong**2, rel=0.05)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("pin", [8, 28])
+def test_a_thick_pin_has_its_place_among_those_listed(pin):
+    """The pin across meets the second disc as this one meets the first."""
+    hidden = [Hidden("single_pin_error", {"pin": pin, "amount_um": 3.3})]
+    text = transmission_error(Reducer(), hidden, torque_nm=412.0, rows=360, noise=Noise(0.15), seed=pin)
+    reducer = as_built_reducer(parse_spec(spec_text(Reducer())))
+    found = diagnose(reducer, [parse_measurement(text, "te.csv")])
+    (effect,) = found.effects
+    assert effect.candidate.name == "single_pin_error"
+    places = {one.candidate.choice["pin"] for one in (effect, *effect.other_locations)}
+    assert places == {8, 28}
+    assert [note for note in found.notes if note.startswith("single_pin_error of pin") and "fits as well" in note]

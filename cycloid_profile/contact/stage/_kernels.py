@@ -587,16 +587,18 @@ def least_energies(
 
 
 @kernel
-def elastic_stiffness_times(
-    stage: StageArrays, load: FloatArray, deformation: FloatArray, force: FloatArray
-) -> None:  # pragma: no cover
-    """Fill ``force`` K (I + C K)⁻¹ ``deformation``, shape (poses, forces, columns), of elastic discs under ``load``."""
-    poses, discs, pins = stage.gap.shape
+def elastic_stiffness_times(  # pragma: no cover
+    stage: StageArrays, load: FloatArray, deformation: FloatArray, force: FloatArray, begin: int, end: int
+) -> None:
+    """Fill ``force`` K (I + C K)⁻¹ ``deformation``, shape (poses, forces, columns), of elastic discs under ``load``, of
+    the poses from ``begin`` to ``end``.
+    """
+    _, discs, pins = stage.gap.shape
     unknowns, columns = stage.arm.size, deformation.shape[2]
     work = workspace(discs, pins, stage.stretch.shape[1], max(unknowns, columns), True)
     still, gradient = np.zeros(unknowns), np.zeros(unknowns)
     change, added = work.forces[0], work.forces[2]
-    for p in range(poses):
+    for p in range(begin, end):
         problem = pose_problem(stage, p)
         times(problem.compliance, load[p], work.forces[1])
         energy_at(problem, still, work.forces[1], gradient, work)

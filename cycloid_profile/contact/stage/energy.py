@@ -7,6 +7,7 @@ A Newton search that never raises the energy therefore ends at its only minimum.
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -233,10 +234,12 @@ class StageEnergy:
 
     def _plane_stiffness_times(self, point: EnergyPoint, deformation: FloatArray) -> FloatArray:
         if self.load.size:
+            from cycloid_profile.compiled import on_all_cores
             from cycloid_profile.contact.stage._kernels import elastic_stiffness_times
 
-            found = np.empty_like(deformation)
-            elastic_stiffness_times(self.arrays(), self.load, np.ascontiguousarray(deformation), found)
+            found, columns = np.empty_like(deformation), np.ascontiguousarray(deformation)
+            fill = partial(elastic_stiffness_times, self.arrays(), self.load, columns, found)
+            on_all_cores(fill, len(found))
             return found
         pins = point.stiffness.reshape(len(deformation), -1, 1)
         at = deformation[:, pins.shape[1] :].reshape(*point.stretch.shape, deformation.shape[2])

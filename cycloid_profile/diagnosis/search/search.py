@@ -25,10 +25,10 @@ from cycloid_profile.diagnosis.search._proposals import Proposal, equations_abou
 from cycloid_profile.diagnosis.search._second_order import second_order
 from cycloid_profile.diagnosis.search._starts import moved_nearby, of_finite_size, with_another_effect
 from cycloid_profile.diagnosis.search._subsampling import smallest_subsample
-from cycloid_profile.diagnosis.search._symmetric_parts import on_other_parts
 from cycloid_profile.diagnosis.search._waves import alternative_waves, refitted, waves_left
 from cycloid_profile.diagnosis.search.lobe_index import offsets_about
 from cycloid_profile.diagnosis.search.seam import SPLIT, offsets_by_seams
+from cycloid_profile.diagnosis.search.symmetric_parts import on_other_parts
 from cycloid_profile.measurement import HYSTERESIS
 
 
@@ -250,8 +250,7 @@ class _Stage:
             found.append(Proposal(waved, optimum.u, fit.offsets))
         found += [Proposal(one.members, one.u, fit.offsets) for _, one in optimum.rotated_by_180()]
         if not model.only_scans:
-            reducer = model.reducer
-            moved = on_other_parts(self.library, optimum, reducer.discs, reducer.cranks)
+            moved = on_other_parts(self.library, optimum, model.reducer)
             found += [Proposal(self.library.members(i), u, fit.offsets) for i, u in moved]
             found += self._of_opposite_sign(model, fit)
         return [*found, *self._reindexed(model, fit)]

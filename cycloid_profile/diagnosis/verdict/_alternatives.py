@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 
 import numpy as np
 
+from cycloid_profile.arrays import FloatArray
 from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.model.candidate import Candidate, Variety
 from cycloid_profile.diagnosis.model.evidence import ALIAS, estimate
@@ -16,6 +18,7 @@ from cycloid_profile.diagnosis.model.exact_model import ExactModel
 from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
 from cycloid_profile.diagnosis.model.whitened import NormalEquations, coordinates, normal_equations
 from cycloid_profile.diagnosis.planning.plan import separating_measurement
+from cycloid_profile.diagnosis.search import on_other_parts
 from cycloid_profile.diagnosis.search.search import SearchResult
 from cycloid_profile.diagnosis.verdict._identical_effects import always_identical, cosine
 from cycloid_profile.diagnosis.verdict.result import NamedEffect, SizedEffect
@@ -176,29 +179,46 @@ def ambiguity_group(
 
 
 def _at_other_locations(found: SearchResult, member: int, progress: Callable[[str], None]) -> tuple[SizedEffect, ...]:
-    """The same effect on other discs, cranks, lobes or pins that fits as well."""
-    reach = tuned.DISTINGUISHED if found.model.only_scans else _REACH_OF_LOCATIONS
+    """The same effect on other discs, cranks, lobes or pins that fits as well.
+
+    Linear equations propose them. About a large effect they miss equivalent parts, which are tried as well.
+    """
+    scans, best = found.model.only_scans, found.best
+    reach = tuned.DISTINGUISHED if scans else _REACH_OF_LOCATIONS
     near = swaps(found, member, reach, other_locations=True)[:_RESCORED_PLACES]
+    (mine,), u = best.part([member])
+    moved = [] if scans else on_other_parts(found.library, replace(best, members=(mine,), u=u), found.model.reducer)
+    starts = {place: start for (place,), start in moved if found.library.candidates[place] != mine}
+    near = [one for one in near if one[0] not in starts] + [(place, math.inf) for place in starts]
     if near:
-        progress(f"other locations of {found.best.members[member].name}")
+        progress(f"other locations of {mine.name}")
     standing = [
         optimum
-        for (_, deficit), optimum in zip(near, _swapped(found, member, near), strict=True)
-        if optimum is not None and _fits_as_well(found.best, optimum, deficit)
+        for (_, deficit), optimum in zip(near, _swapped(found, member, near, starts), strict=True)
+        if optimum is not None and _fits_as_well(best, optimum, deficit)
     ]
     return tuple(SizedEffect(one.members[-1], one.coordinates(-1), one.covariance_of(-1)) for one in standing)
 
 
-def _swapped(found: SearchResult, member: int, alternatives: Sequence[tuple[int, float]]) -> list[Optimum | None]:
-    """The best set with one member replaced by each alternative, the alternative last, on the exact model."""
-    others = [m for j, m in enumerate(found.best.members) if j != member]
+def _swapped(
+    found: SearchResult,
+    member: int,
+    alternatives: Sequence[tuple[int, float]],
+    starts: Mapping[int, FloatArray] = MappingProxyType({}),
+) -> list[Optimum | None]:
+    """The best set with one member replaced by each alternative, the alternative last, on the exact model.
+
+    It starts at its ``starts``, else at what linear equations say.
+    """
+    others, u = found.best.part([j for j in range(len(found.best.members)) if j != member])
     optima = []
     for i, deficit in alternatives:
         members = (*others, found.library.candidates[i])
         known = [o for o in found.fitted if set(o.members) == set(members) and o.converged]
         # An alternative that fits worse in linear equations is abandoned as soon as it cannot reach the best set.
         beat = math.inf if deficit < tuned.DISTINGUISHED else found.best.misfit
-        attempt = Attempt(members, found.start(members), _STEPS, beat, least_gain=tuned.LEAST_GAIN)
+        start = np.concatenate([u, starts[i]]) if i in starts else found.start(members)
+        attempt = Attempt(members, start, _STEPS, beat, least_gain=tuned.LEAST_GAIN)
         prior = found.library.prior(members)
         optima.append(_member_last(known[0], members[-1]) if known else found.model.optimum(attempt, prior))
     return optima

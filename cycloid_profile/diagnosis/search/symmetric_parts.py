@@ -1,4 +1,4 @@
-"""The same effects on another disc and on other cranks.
+"""The same effects on another disc, on the pins across from it and on other cranks.
 
 Discs are mounted 180° apart, cranks 120°. Errors of equivalent parts act on the output in nearly the same way; only the
 exact model separates them.
@@ -17,15 +17,18 @@ from cycloid_profile.arrays import FloatArray
 from cycloid_profile.diagnosis.model.candidate import Candidate
 from cycloid_profile.diagnosis.model.evidence import Library
 from cycloid_profile.diagnosis.model.optimum import Optimum
+from cycloid_profile.effects import AsBuiltReducer
 
 _MOST = 18  # of each set
 
 
-def on_other_parts(library: Library, optimum: Optimum, discs: int, cranks: int) -> list[tuple[list[int], FloatArray]]:
-    """Library indices and coordinates of the same effects moved to the other discs and to every crank together."""
-    found = []
+def on_other_parts(library: Library, optimum: Optimum, reducer: AsBuiltReducer) -> list[tuple[list[int], FloatArray]]:
+    """Library indices and coordinates of the same effects moved to the other discs, to the pins that these meet as the
+    first disc meets the present ones, and to every crank together.
+    """
+    found, discs = [], reducer.discs
     for further in range(discs):
-        choices = [list(_choices(member.choice, further, discs, cranks)) for member in optimum.members]
+        choices = [list(_choices(member.choice, further, reducer)) for member in optimum.members]
         u = np.concatenate(
             [*(_rotated(m, optimum.u[2 * i : 2 * i + 2], further / discs) for i, m in enumerate(optimum.members)), []]
         )
@@ -39,11 +42,14 @@ def on_other_parts(library: Library, optimum: Optimum, discs: int, cranks: int) 
     return found[1 : _MOST + 1]
 
 
-def _choices(choice: Mapping[str, Any], further: int, discs: int, cranks: int) -> Iterator[dict[str, Any]]:
+def _choices(choice: Mapping[str, Any], further: int, reducer: AsBuiltReducer) -> Iterator[dict[str, Any]]:
     """Choices of parts ``further`` discs on, first with the same crank, then with the others."""
-    moved = dict(choice)
+    moved, discs, cranks = dict(choice), reducer.discs, reducer.cranks
     if moved.get("disc") is not None:
         moved["disc"] = (moved["disc"] - 1 + further) % discs + 1
+    if "pin" in moved:
+        pins = reducer.case.drive.trochoid.pins
+        moved["pin"] = (moved["pin"] - 1 + round(pins * further / discs)) % pins + 1
     if moved.get("crank") is None:
         yield moved
     else:
