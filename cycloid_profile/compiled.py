@@ -5,12 +5,12 @@ from __future__ import annotations
 import logging
 import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from functools import cache
 from itertools import pairwise
 from typing import Protocol, TypeVar
 
-from numba import get_num_threads, njit
+from numba import config, get_num_threads, njit
 
 from cycloid_profile.language import translated
 
@@ -57,7 +57,7 @@ contracted = _compiler(fastmath={"contract"}, **_NO_ENTRY)
 @cache
 def _threads() -> ThreadPoolExecutor:
     """Threads of this process, started once: a block of poses takes little longer than the start of a thread."""
-    return ThreadPoolExecutor(get_num_threads())
+    return ThreadPoolExecutor(config.NUMBA_NUM_THREADS)
 
 
 if hasattr(os, "register_at_fork"):  # a child has no threads of its parent
@@ -67,11 +67,15 @@ if hasattr(os, "register_at_fork"):  # a child has no threads of its parent
 def on_all_cores(solve: Callable[[int, int], None], count: int) -> None:
     """Call ``solve`` for consecutive parts of ``range(count)``, begin and end, one a core.
 
-    Threads and not numba's own parallel loops, which take five times as long to compile.
+    Threads and not numba's own parallel loops, which take five times as long to compile. ``solve`` is compiled code and
+    must not call this again.
     """
     parts = max(min(get_num_threads(), count), 1)
     ends = [count * i // parts for i in range(parts + 1)]
     others = [_threads().submit(solve, *part) for part in pairwise(ends[:-1])]
-    solve(ends[-2], ends[-1])
+    try:
+        solve(ends[-2], ends[-1])
+    finally:
+        wait(others)
     for one in others:
         one.result()

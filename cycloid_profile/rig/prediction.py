@@ -25,9 +25,8 @@ from cycloid_profile.units import DEGREE, NEWTON_METRE
 LEAST_COMPARED_SHARE = 0.03
 # Imbalance of forces over the torque: it turns the output by a millionth of an arc second.
 _QUICK_TOLERANCE = 1e-7
-# Poses of a changed reducer that are tried first: a change without equilibrium in most of them is given up. So few
-# poses do without compiled code, and take as long as some hundred that it solves.
-_PROBES, _WORTH_PROBING = 16, 1000
+# Poses of a changed reducer that are tried first: a change without equilibrium in most of them is given up.
+_PROBES = 16
 _CONTACT_BYTES, _CONTACT_TIME = 650.0, 3e-5  # memory and s of one core for one pin in one pose, measured with 40 pins
 
 
@@ -257,7 +256,7 @@ def _equilibria(
     if near is None:
         return full.at(case, crank, torque)
     quick = StageEquilibrium(tolerance=_QUICK_TOLERANCE, deviations=reducer.deviations)
-    if crank.size > _WORTH_PROBING:
+    if crank.size > 2 * _PROBES:
         probes = np.linspace(0, crank.size - 1, _PROBES).astype(np.intp)
         _give_up_without_most(quick.at(case, crank[probes], torque[probes], near.poses(probes)))
     found = quick.at(case, crank, torque, near)

@@ -185,16 +185,17 @@ def _at_other_locations(found: SearchResult, member: int, progress: Callable[[st
     """
     scans, best = found.model.only_scans, found.best
     reach = tuned.DISTINGUISHED if scans else _REACH_OF_LOCATIONS
-    near = swaps(found, member, reach, other_locations=True)[:_RESCORED_PLACES]
+    linear = swaps(found, member, reach, other_locations=True)
     (mine,), u = best.part([member])
     moved = [] if scans else on_other_parts(found.library, replace(best, members=(mine,), u=u), found.model.reducer)
     starts = {place: start for (place,), start in moved if found.library.candidates[place] != mine}
-    near = [one for one in near if one[0] not in starts] + [(place, math.inf) for place in starts]
+    near = dict(linear[:_RESCORED_PLACES])
+    near |= {place: dict(linear).get(place, math.inf) for place in starts}
     if near:
         progress(f"other locations of {mine.name}")
     standing = [
         optimum
-        for (_, deficit), optimum in zip(near, _swapped(found, member, near, starts), strict=True)
+        for deficit, optimum in zip(near.values(), _swapped(found, member, [*near.items()], starts), strict=True)
         if optimum is not None and _fits_as_well(best, optimum, deficit)
     ]
     return tuple(SizedEffect(one.members[-1], one.coordinates(-1), one.covariance_of(-1)) for one in standing)
