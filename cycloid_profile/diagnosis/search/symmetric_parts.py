@@ -1,4 +1,4 @@
-"""The same effects on another disc, on the pins across from it and on other cranks.
+"""The same effects on another disc, on the opposite pins and on other cranks.
 
 Discs are mounted 180° apart, cranks 120°. Errors of equivalent parts act on the output in nearly the same way; only the
 exact model separates them.

@@ -6,7 +6,6 @@ import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from types import MappingProxyType
 
 import numpy as np
 
@@ -172,7 +171,7 @@ def ambiguity_group(
         asked = list(dict.fromkeys(library.candidates[i].name for i, _ in evaluated))
         more = ", …" if len(asked) > _LISTED else ""
         progress(f"alternatives: {', '.join(asked[:_LISTED])}{more}")
-    for (i, deficit), optimum in zip(evaluated, _swapped(found, member, evaluated), strict=True):
+    for (i, deficit), optimum in zip(evaluated, _swapped(found, member, evaluated, {}), strict=True):
         if _fits_as_well(best, optimum, deficit):
             group.setdefault(library.candidates[i].name, library.candidates[i])
     return list(group.values())
@@ -185,17 +184,17 @@ def _at_other_locations(found: SearchResult, member: int, progress: Callable[[st
     """
     scans, best = found.model.only_scans, found.best
     reach = tuned.DISTINGUISHED if scans else _REACH_OF_LOCATIONS
-    linear = swaps(found, member, reach, other_locations=True)
+    linear = dict(swaps(found, member, reach, other_locations=True))
     (mine,), u = best.part([member])
     moved = [] if scans else on_other_parts(found.library, replace(best, members=(mine,), u=u), found.model.reducer)
     starts = {place: start for (place,), start in moved if found.library.candidates[place] != mine}
-    near = dict(linear[:_RESCORED_PLACES])
-    near |= {place: dict(linear).get(place, math.inf) for place in starts}
+    tried = dict.fromkeys([*list(linear)[:_RESCORED_PLACES], *starts])
+    near = [(place, linear.get(place, math.inf)) for place in tried]
     if near:
         progress(f"other locations of {mine.name}")
     standing = [
         optimum
-        for deficit, optimum in zip(near.values(), _swapped(found, member, [*near.items()], starts), strict=True)
+        for (_, deficit), optimum in zip(near, _swapped(found, member, near, starts), strict=True)
         if optimum is not None and _fits_as_well(best, optimum, deficit)
     ]
     return tuple(SizedEffect(one.members[-1], one.coordinates(-1), one.covariance_of(-1)) for one in standing)
@@ -205,11 +204,11 @@ def _swapped(
     found: SearchResult,
     member: int,
     alternatives: Sequence[tuple[int, float]],
-    starts: Mapping[int, FloatArray] = MappingProxyType({}),
+    starts: Mapping[int, FloatArray],
 ) -> list[Optimum | None]:
     """The best set with one member replaced by each alternative, the alternative last, on the exact model.
 
-    It starts at its ``starts``, else at what linear equations say.
+    Each fit begins at its entry in ``starts``, else where linear equations say.
     """
     others, u = found.best.part([j for j in range(len(found.best.members)) if j != member])
     optima = []
