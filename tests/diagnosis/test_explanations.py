@@ -284,25 +284,32 @@ def test_alternatives_are_fitted_exactly_unless_they_were():
     (twin,) = some("disc_oval", disc=2)
     known = Library((oval, pitch, twin), 2)
     best = best_of([oval], [0.9, 0.0], misfit=100.0)
-    asked = []
+    asked, begun = [], []
 
     def optimum(attempt, prior):
         asked.append((attempt.members, attempt.beat, prior))
+        begun.append(attempt.start)
         return best_of(attempt.members, [0.5, 0.0], misfit=105.0)
 
     fitted = best_of([twin], [0.8, 0.1], misfit=99.0)
     found = SimpleNamespace(
-        library=known, best=best, fitted=[fitted], model=SimpleNamespace(optimum=optimum), start=lambda _: None
+        library=known,
+        best=best,
+        fitted=[fitted],
+        model=SimpleNamespace(optimum=optimum),
+        start=lambda _: np.array([0.1, 0.0]),
     )
     ((other, again), (far,)) = (
-        alternatives._swapped(found, 0, [(1, 1.0), (2, 1.0)]),
-        alternatives._swapped(found, 0, [(1, 20.0)]),
+        alternatives._swapped(found, 0, [(1, 1.0), (2, 1.0)], {}),
+        alternatives._swapped(found, 0, [(1, 20.0)], {1: np.array([0.7, 0.2])}),
     )
     assert (other.members, again.members, far.members) == ((pitch,), (twin,), (pitch,))
     assert again.misfit == 99.0
     # A near one is fitted to the end, a far one as long as it can still reach the best.
     prior = known.prior([pitch])
     assert asked == [((pitch,), math.inf, prior), ((pitch,), 100.0, prior)]
+    # It begins where linear equations say, unless its start is given.
+    np.testing.assert_allclose(begun, [[0.1, 0.0], [0.7, 0.2]])
 
 
 def test_the_nearest_alternatives_join_the_group_if_they_fit_exactly():
