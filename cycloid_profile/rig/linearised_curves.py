@@ -186,7 +186,6 @@ class _TermTangent:
         if self.measurement.kind is not HYSTERESIS:
             return after.series_twist(through) - before.series_twist(through)
         transmitted, twisted = loop_path(after, self.measurement)
-        stiffness = self.term.sharing.torsional_stiffness[self.term.equivalent.representative]
-        compliance = np.divide(1.0, stiffness, out=np.zeros_like(stiffness), where=stiffness > 0.0)
+        compliance = self.tangent.torsional_compliance[self.term.equivalent.representative]
         turned = compliance * (transmitted[self.rows] - through)
         return np.asarray(turned + twisted[self.rows] - self.term.twist)

@@ -255,7 +255,7 @@ def _equilibria(
     full = StageEquilibrium(deviations=reducer.deviations)
     if near is None:
         return full.at(case, crank, torque)
-    quick = StageEquilibrium(tolerance=_QUICK_TOLERANCE, deviations=reducer.deviations)
+    quick = StageEquilibrium(tolerance=_QUICK_TOLERANCE, deviations=reducer.deviations, stiffness=False)
     if crank.size > 2 * _PROBES:
         probes = np.linspace(0, crank.size - 1, _PROBES).astype(np.intp)
         _give_up_without_most(quick.at(case, crank[probes], torque[probes], near.poses(probes)))
@@ -277,14 +277,17 @@ def _starting_configuration(near: Sequence[CurvePrediction], rows: Sequence[IntA
     """Starting positions of the parts, from some ``rows`` of each term of earlier predictions."""
     terms = [term for one in near for term in one.terms]
     places = [term.place(some) for term, some in zip(terms, rows, strict=True)]
-    feet = [place.foot for place in places if place.foot is not None]
-    tilts = [place.tilt for place in places if place.tilt is not None]
     return StagePositions(
         np.concatenate([place.rotation for place in places]),
         np.concatenate([place.motion for place in places]),
-        np.concatenate(feet) if len(feet) == len(places) else None,
-        tilt=np.concatenate(tilts) if len(tilts) == len(places) else None,
+        *(_together([getattr(place, name) for place in places]) for name in ("foot", "load", "tilt")),
     )
+
+
+def _together(parts: Sequence[FloatArray | None]) -> FloatArray | None:
+    """The parts in one array, None if one is missing."""
+    known = [part for part in parts if part is not None]
+    return np.concatenate(known) if len(known) == len(parts) else None
 
 
 def _at_poses(sharing: LoadSharing, which: slice | IntArray) -> LoadSharing:

