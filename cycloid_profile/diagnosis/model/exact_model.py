@@ -26,7 +26,6 @@ from cycloid_profile.rig import CurvePrediction
 # Levenberg–Marquardt: damping of a step, in shares of the curvature, without which a step may leave the linear range.
 _DAMPING = (0.0, 0.3, 3.0, 30.0)
 _LARGEST_STEP = 1.0  # prior widths, see ``_bounded``
-_ABANDONED_ABOVE = 50.0  # of chi² above the best set: five times the 9 between two distinguished sets
 _CACHED_STATES = 6  # states in the cache; each holds the load on every pin at every row
 _VANISHED = 1e-3  # prior widths: a one-sided effect that a change takes away
 # A row without a prediction counts as this many standard deviations.
@@ -183,7 +182,7 @@ class ExactModel:
         Damped Gauss–Newton steps (Levenberg–Marquardt); the priors are unit normal in units of widths.
         """
         members, u = attempt.members, np.array(attempt.start, dtype=np.float64)
-        steps, beat, farthest = attempt.steps, attempt.beat, attempt.farthest
+        steps, farthest = attempt.steps, attempt.farthest
         for i, candidate in enumerate(members):
             if candidate.one_sided:
                 u[2 * i] = max(u[2 * i], 1e-3)
@@ -191,7 +190,7 @@ class ExactModel:
         now = self.state(members, u, farthest)
         if now is None:
             return None
-        converged, damping = False, 0
+        converged, stalled, damping = False, False, 0
         R = np.zeros((u.size, u.size))
         if not members:
             converged, steps = True, 0
@@ -205,10 +204,11 @@ class ExactModel:
                 break
             promised = float((equations.b - u) @ np.linalg.solve(np.eye(u.size) + R, equations.b - u))
             # The linear promise is less reliable before the second step.
-            if now.misfit + float(u @ u) - (1.0 + 2.0 / max(number, 1) ** 2) * promised > beat + _ABANDONED_ABOVE:
+            if attempt.cannot_beat(now.misfit + float(u @ u) - (1.0 + 2.0 / max(number, 1) ** 2) * promised):
                 return None
             new = self._improved(members, u, equations, now, farthest, max(damping - 1, 0))
             if new is None:
+                stalled = True
                 break
             u, now, damping = new
         if members and not converged:
@@ -217,7 +217,8 @@ class ExactModel:
         fall = self.baseline.misfit - now.misfit
         covariance = np.asarray(np.linalg.inv(np.eye(u.size) + R), dtype=np.float64)
         value = log_evidence_at(fall, u, covariance, prior, members)
-        return Optimum(members, u, covariance, R, now.chi2, now.misfit + float(u @ u), rows, value, converged)
+        misfit = now.misfit + float(u @ u)
+        return Optimum(members, u, covariance, R, now.chi2, misfit, rows, value, converged, stalled)
 
     def deficit(self, part: Optimum, whole: Optimum) -> float:
         """Half chi², with the terms of prior and covariance, by which a part of a set fits worse than the whole.

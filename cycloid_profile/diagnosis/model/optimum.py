@@ -16,6 +16,7 @@ from cycloid_profile.diagnosis.model.candidate import Candidate
 FARTHEST = 4.0  # widths: beyond this a size is implausible and the equilibrium may not exist
 _CONVERGED_GAIN = 0.02  # of chi²: a tenth of a standard deviation of one size
 _STEPS = 8  # most fits end earlier, by the gain of their last step
+_ABANDONED_ABOVE = 50.0  # of chi² above the best set: five times the 9 between two distinguished sets
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,8 +24,8 @@ class Optimum:
     """Optimal sizes of ``members``: coordinates ``u`` in units of prior widths, two each, with covariance.
 
     ``R``: half the curvature of chi². ``chi2``: over ``rows`` rows; ``misfit``: the same with the terms of prior and
-    covariance. ``log_evidence``: against no effect. ``converged``: the last step was small.
-    ``ExactModel.at`` gives the state.
+    covariance. ``log_evidence``: against no effect. ``converged``: the last step was small; ``stalled``: no step left
+    less. ``ExactModel.at`` gives the state.
     """
 
     members: tuple[Candidate, ...]
@@ -36,6 +37,7 @@ class Optimum:
     rows: int
     log_evidence: float
     converged: bool
+    stalled: bool = False
 
     @property
     def residual_variance(self) -> float:
@@ -122,3 +124,7 @@ class Attempt:
     beat: float = math.inf
     farthest: float = FARTHEST
     least_gain: float = _CONVERGED_GAIN
+
+    def cannot_beat(self, misfit: float) -> bool:
+        """Whether a set that reaches no less than this ``misfit``, chi² with priors, is clearly worse."""
+        return misfit > self.beat + _ABANDONED_ABOVE

@@ -24,12 +24,14 @@ from cycloid_profile.diagnosis.search._fits import Fit, Fits, Key
 from cycloid_profile.diagnosis.search._proposals import Proposal, equations_about, linear_proposals, shapes_between
 from cycloid_profile.diagnosis.search._second_order import second_order
 from cycloid_profile.diagnosis.search._starts import moved_nearby, of_finite_size, with_another_effect
-from cycloid_profile.diagnosis.search._subsampling import smallest_subsample
+from cycloid_profile.diagnosis.search._subsampling import screening_subsample, smallest_subsample
 from cycloid_profile.diagnosis.search._waves import alternative_waves, refitted, waves_left
 from cycloid_profile.diagnosis.search.lobe_index import offsets_about
 from cycloid_profile.diagnosis.search.seam import SPLIT, offsets_by_seams
 from cycloid_profile.diagnosis.search.symmetric_parts import on_other_parts
 from cycloid_profile.measurement import HYSTERESIS
+
+_SCREENING_STEPS = 2  # on fewer rows: what the first steps do not show, further ones will not
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +92,7 @@ def search_effects(
             tuned.BEAM_ON_ALL_ROWS,
             tuned.LINEAR_ERROR_ON_ALL_ROWS,
             tuned.FITS_ON_ALL_ROWS,
+            screening_subsample(model, few),
         )
         whole.fit(Proposal(one.optimum.members, one.optimum.u, one.offsets) for one in stage.leading)
         whole.explore(tuned.EXPANSIONS_ON_ALL_ROWS)
@@ -111,7 +114,8 @@ class _Stage:
 
     ``beam``: number of leading sets whose neighbours are fitted, after those of half as many single effects. ``error``:
     share by which linear evidence may err. ``patience``: exact fits without a clearly better set, after which it
-    ends. ``limited``: neighbours of a leading set were left out.
+    ends. ``screening``: the same on fewer rows, where sets are fitted first. ``limited``: neighbours of a leading set
+    were left out.
     """
 
     def __init__(
@@ -122,6 +126,7 @@ class _Stage:
         beam: int,
         error: float,
         patience: int,
+        screening: ExactModel | None = None,
     ) -> None:
         self.library, self.progress, self.limited = library, progress, False
         self._beam, self._error = beam, 0.0 if model.only_scans else error
@@ -129,6 +134,8 @@ class _Stage:
         self._reached = 0.0
         self.fits = Fits(model)
         self._first = model
+        self._screening = None if screening is None else Fits(screening)
+        self._to_beat: tuple[Fit, float] | None = None
         self._tried: set[tuple[Key, bytes]] = set()
 
     @property
@@ -221,7 +228,10 @@ class _Stage:
             # Where few pins bear, linear equations promise too little to abandon the first effect of a set.
             finished = self._first.only_loops and len(one.members) == 1
             beat = math.inf if finished else self.fits.best.optimum.misfit
-            attempt = Attempt(one.members, one.start, beat=beat, least_gain=tuned.LEAST_GAIN)
+            begin = self._screened(one)
+            if begin is None:
+                continue
+            attempt = Attempt(one.members, begin, beat=beat, least_gain=tuned.LEAST_GAIN)
             model = self.fits.model(one.offsets)
             optimum = model.optimum(attempt, self.library.prior(one.members))
             if optimum is None or optimum.implausible:
@@ -233,6 +243,19 @@ class _Stage:
                     self._reached, self._left = self.fits.best.evidence, self._patience
             elif rest and (frozenset(rest), one.offsets) not in self.fits:
                 waiting.append(Proposal(rest, u, one.offsets))
+
+    def _screened(self, one: Proposal) -> FloatArray | None:
+        """Where the fit of a proposal begins: where one to fewer rows ended; None if it is clearly worse there."""
+        if self._screening is None:
+            return one.start
+        best = self.fits.best
+        if self._to_beat is None or self._to_beat[0] is not best:
+            u = best.optimum.u
+            there = self._screening.model(best.offsets).state(best.optimum.members, u)
+            self._to_beat = best, math.inf if there is None else there.misfit + float(u @ u)
+        attempt = Attempt(one.members, one.start, _SCREENING_STEPS, self._to_beat[1], least_gain=tuned.LEAST_GAIN)
+        found = self._screening.model(one.offsets).optimum(attempt, self.library.prior(one.members))
+        return None if found is None or attempt.cannot_beat(found.misfit) else found.u
 
     def _neighbours(self, fit: Fit) -> Iterable[Proposal]:
         """Sets to fit about an optimum."""
