@@ -109,9 +109,12 @@ class Answer:
         return judged(self.outcome, [one["name"] for one in self.truth], self.section)
 
 
-OUTCOMES = ("exact", "group", "below", "wide", "remainder", "subset", "more", "wrong", "unknown", "agrees", "failed")
+OUTCOMES = (
+    "exact", "group", "below", "wide", "remainder", "subset", "more", "wrong", "unknown", "within limit", "agrees",
+    "failed",
+)  # fmt: skip
 RIGHT_NAMES = ("exact", "group", "wide")
-JUDGED = ("right", "misnamed", "false alarm", "missed", "unknown", "failed")
+JUDGED = ("right", "within limit", "misnamed", "false alarm", "missed", "unknown", "failed")
 
 
 def judged(outcome: str, truth: Sequence[str], section: str) -> str:
@@ -119,12 +122,13 @@ def judged(outcome: str, truth: Sequence[str], section: str) -> str:
 
     Effects too small for the files may be missed ("below"). Outside the library, unknown or a remainder is right. Where
     the physics is foreign, or aliases are asked for, right names with a remainder, or in a larger group, are right.
-    Anything reported of a clean reducer is a false alarm.
+    Anything reported of a clean reducer is a false alarm. Agreement with a stated limit above what is hidden counts by
+    itself: it is true, and names nothing.
     """
     if outcome in {"exact", "group", "below"}:
         return "right"
-    if outcome == "failed":
-        return "failed"
+    if outcome in {"failed", "within limit"}:
+        return outcome
     if not truth:
         return "false alarm"
     if outcome == "remainder" and (any(name.startswith("x_") for name in truth) or section.startswith("wide")):
@@ -155,6 +159,8 @@ def ask(question: Question) -> Answer:
             outcome = "wide"
         if outcome in {"agrees", "subset"} and not _shows(case, found):
             outcome = "below"
+        elif outcome == "agrees" and _within_limits(case, found):
+            outcome = "within limit"
         if question.rerun:
             again = _again(case, files, found)
     except Exception as error:  # a crash counts as an outcome
@@ -204,6 +210,17 @@ def _shows(case: Case, found: Diagnosis) -> bool:
     """Whether the files show an effect that is not among those named."""
     reported = {_alias(name) for effect in found.effects for name in effect.group}
     return any(strength(case, one) > DETECTED for one in case.truth if _alias(one.name) not in reported)
+
+
+def _within_limits(case: Case, found: Diagnosis) -> bool:
+    """Whether the answer states a limit above the size of each hidden effect."""
+    for one in case.truth:
+        limit, parameter = found.not_seen.get(one.name, (0.0, ""))
+        size = abs(one.get(parameter))
+        # The limit of a stiffness is that of its compliance.
+        if not 0.0 < (1.0 / size if parameter.endswith("_per_arcmin") and size else size) < limit:
+            return False
+    return True
 
 
 def _again(case: Case, files: Sequence[str], found: Diagnosis) -> str:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 from collections import Counter
+from types import SimpleNamespace
 
 import pytest
 
@@ -14,7 +15,7 @@ from cycloid_profile.design import as_built_reducer
 from cycloid_profile.diagnosis import diagnose
 from cycloid_profile.measurement import parse_measurement
 from cycloid_profile.spec import parse_spec
-from tests.diagnosis import freeze
+from tests.diagnosis import freeze, protocol
 from tests.diagnosis.blind import Hidden, Reducer, draw_case, spec_text
 from tests.diagnosis.blind.cases import measured
 from tests.diagnosis.protocol import BENCH, JUDGED, WIDE_GROUP, Question, ask, judged, questions, run, score
@@ -49,6 +50,24 @@ def test_what_outcomes_are_worth():
     assert judged("more", ["disc_oval"], "one, scan") == "misnamed"
     assert judged("agrees", ["disc_oval"], "one, scan") == "missed"
     assert judged("failed", [], "clean, scan") == "failed"
+    assert judged("within limit", ["disc_oval"], "wide, one, bench") == "within limit"
+
+
+def test_a_limit_holds_for_sizes_below_it():
+    found = SimpleNamespace(
+        not_seen={"disc_oval": (0.3, "amplitude_um"), "series_compliance": (1.0 / 500.0, "stiffness_nm_per_arcmin")}
+    )
+
+    def within(**sizes):
+        hidden = (Hidden(name, dict([size])) for name, size in sizes.items())
+        return protocol._within_limits(SimpleNamespace(truth=tuple(hidden)), found)
+
+    assert within(disc_oval=("amplitude_um", -0.2))
+    assert not within(disc_oval=("amplitude_um", 0.4))
+    # A compliance is small where its stiffness is large.
+    assert within(series_compliance=("stiffness_nm_per_arcmin", 600.0))
+    assert not within(disc_oval=("amplitude_um", 0.2), series_compliance=("stiffness_nm_per_arcmin", 400.0))
+    assert not within(x_pit=("depth_um", 0.1))
 
 
 def test_questions_are_numbered_and_the_wide_ones_come_last():
