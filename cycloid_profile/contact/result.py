@@ -95,8 +95,8 @@ class LoadSharing(Described):
 
     Arrays over poses: ``crank_angle`` of disc 1 [rad]; ``torque`` on the output, signed [N·mm];
     ``rotation`` of the output from its nominal place with ``touch`` the part of it at first touch, signed
-    [rad]; ``torsional_stiffness`` dT/dΘ of the output [N·mm/rad]; ``residual``, largest error of the balances
-    of forces and moments over the torque; ``outcome``, an index into ``STATUSES``.
+    [rad]; ``torsional_stiffness`` dT/dΘ of the output, NaN if it was not asked for [N·mm/rad]; ``residual``, largest
+    error of the balances of forces and moments over the torque; ``outcome``, an index into ``STATUSES``.
 
     ``deformation`` of contact and disc together, shape (poses,): of one disc that at the critical phase, of a stage
     the largest of its loaded pins [mm]. ``history`` holds (largest force [N], deformation [mm]) after each iteration.

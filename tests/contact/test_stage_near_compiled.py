@@ -37,7 +37,7 @@ from cycloid_profile.modification import DeformationCompensation, modify
 from cycloid_profile.spec import read_spec
 
 FEW = output_turn(Trochoid(40, 64.0, 1.3), 3)
-POSES = 60  # with 80 pins as many as are worth compiling
+POSES = 60
 # Few pins hold a disc within the play of its bearings: a balance to 1e-10 of a light torque leaves it 1e-8 mm free.
 TOLERANCES = {"rotation": 1e-12, "motion": 1e-9, "motion in play": 1e-7}  # rad, mm, mm
 

@@ -217,8 +217,8 @@ def _within_limits(case: Case, found: Diagnosis) -> bool:
     for one in case.truth:
         limit, parameter = found.not_seen.get(one.name, (0.0, ""))
         size = abs(one.get(parameter))
-        # The limit of a stiffness is that of its compliance.
-        if not 0.0 < (1.0 / size if parameter.endswith("_per_arcmin") and size else size) < limit:
+        # The limit of a stiffness is that of its compliance. Without a limit the files say nothing.
+        if not 0.0 < (1.0 / size if parameter.endswith("_per_arcmin") and size else size) < limit < math.inf:
             return False
     return True
 

@@ -5,6 +5,7 @@ They ask ``diagnose`` alone and state what is right, not how it is found.
 
 from __future__ import annotations
 
+import math
 import os
 from collections import Counter
 from types import SimpleNamespace
@@ -55,7 +56,11 @@ def test_what_outcomes_are_worth():
 
 def test_a_limit_holds_for_sizes_below_it():
     found = SimpleNamespace(
-        not_seen={"disc_oval": (0.3, "amplitude_um"), "series_compliance": (1.0 / 500.0, "stiffness_nm_per_arcmin")}
+        not_seen={
+            "disc_oval": (0.3, "amplitude_um"),
+            "series_compliance": (1.0 / 500.0, "stiffness_nm_per_arcmin"),
+            "single_pin_error": (math.inf, "amount_um"),
+        }
     )
 
     def within(**sizes):
@@ -68,6 +73,7 @@ def test_a_limit_holds_for_sizes_below_it():
     assert within(series_compliance=("stiffness_nm_per_arcmin", 600.0))
     assert not within(disc_oval=("amplitude_um", 0.2), series_compliance=("stiffness_nm_per_arcmin", 400.0))
     assert not within(x_pit=("depth_um", 0.1))
+    assert not within(single_pin_error=("amount_um", 3.0))
 
 
 def test_questions_are_numbered_and_the_wide_ones_come_last():

@@ -22,7 +22,7 @@ from cycloid_profile.diagnosis.model.whitened import Whitened, normal_equations
 from cycloid_profile.diagnosis.search import _second_order as second
 from cycloid_profile.diagnosis.search import on_other_parts
 from cycloid_profile.diagnosis.search._fits import Fit, Fits, empty_fit
-from cycloid_profile.diagnosis.search._proposals import equations_about, linear_proposals
+from cycloid_profile.diagnosis.search._proposals import Proposal, equations_about, linear_proposals
 from cycloid_profile.diagnosis.search._starts import (
     _around,
     _best_of_each_variety,
@@ -30,9 +30,10 @@ from cycloid_profile.diagnosis.search._starts import (
     _symmetric,
     of_finite_size,
 )
-from cycloid_profile.diagnosis.search._subsampling import smallest_subsample, subsample
+from cycloid_profile.diagnosis.search._subsampling import screening_subsample, smallest_subsample, subsample
 from cycloid_profile.diagnosis.search.lobe_index import index_lobes, offsets_about, with_offsets
 from cycloid_profile.diagnosis.search.seam import _power_from_each_lobe
+from cycloid_profile.diagnosis.search.search import _Stage
 from cycloid_profile.measurement import parse_measurement
 from cycloid_profile.rig import Settings, simulate
 from tests.diagnosis import blind
@@ -109,6 +110,51 @@ def test_fewer_rows_of_a_curve_are_uneven_and_know_their_noise():
     assert subsample(scan, 10) is scan
     model = ExactModel(reducer(), [recording])
     assert smallest_subsample(model, 1e6) is model  # up to 1000 rows are cheap
+
+
+def test_sets_are_tried_on_a_quarter_of_the_rows_of_each_file_and_on_none_less_than_before():
+    turn, scan = residuals("turn").recording, residuals("scan").recording
+
+    def model(*recordings, only_loops=False):
+        return SimpleNamespace(recordings=recordings, only_loops=only_loops, with_recordings=lambda some: model(*some))
+
+    count = np.count_nonzero(~turn.held_out)
+    every, few = model(turn, turn), model(subsample(turn, count // 2), subsample(turn, count // 8))
+    first, second = screening_subsample(every, few).recordings
+    assert (first.rows.size, second.rows.size) == (few.recordings[0].rows.size, count // 4)
+    # It must save half of the rows, and a file without rows to fit stays as it is.
+    assert screening_subsample(every, every) is None
+    assert screening_subsample(model(scan), model(scan)) is None
+    held_out = replace(turn, rows=turn.rows[:3], held_out=np.ones(3, dtype=bool))
+    found = screening_subsample(model(turn, held_out), model(few.recordings[1], held_out))
+    assert found.recordings[1] is held_out
+    # On a loop each row may decide which pins bear.
+    assert screening_subsample(model(turn, only_loops=True), model(few.recordings[1])) is None
+
+
+@pytest.mark.parametrize(("misfit", "ended", "kept"), [(149.0, True, True), (151.0, True, False), (151.0, False, True)])
+def test_a_set_is_given_up_where_its_fit_to_fewer_rows_ends_clearly_worse(misfit, ended, kept):
+    (oval,), (pitch,) = some("disc_oval", disc=1), some("cumulative_pitch_error", disc=1)
+    best = Fit(optimum_of((oval,), [3.0, 4.0]), (0,))
+    asked = []
+
+    def optimum(attempt, _):
+        asked.append(attempt)
+        return replace(optimum_of((pitch,), [0.7, 0.1]), misfit=misfit, converged=ended)
+
+    fewer = SimpleNamespace(state=lambda *_: SimpleNamespace(misfit=75.0), optimum=optimum)
+    stage = SimpleNamespace(
+        _screening_models=SimpleNamespace(model=lambda _: fewer),
+        _to_beat=None,
+        fits=SimpleNamespace(best=best),
+        library=Library((oval, pitch), 2),
+    )
+    found = _Stage._screened(stage, Proposal((pitch,), np.array([0.5, 0.0]), (0,)))
+    # The misfit of the best set there, 75 + 3² + 4², and 50 more.
+    assert asked[0].beat == 100.0
+    assert (found is not None) == kept
+    if kept:
+        np.testing.assert_allclose(found, [0.7, 0.1])
 
 
 def some(*names: str, **choice: object) -> tuple[Candidate, ...]:

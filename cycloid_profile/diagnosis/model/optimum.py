@@ -40,6 +40,11 @@ class Optimum:
     stalled: bool = False
 
     @property
+    def ended(self) -> bool:
+        """Whether further steps would leave as much."""
+        return self.converged or self.stalled
+
+    @property
     def residual_variance(self) -> float:
         """Variance that the set leaves, in units of that of the noise, at least 1."""
         return max(self.chi2 / max(self.rows, 1), 1.0)

@@ -100,8 +100,8 @@ class Fits:
         """Fit the sets that may be chosen to the last step: an earlier end can hide more than it promised to gain."""
         ranked = self._ranked_at_variance(self.best.optimum.residual_variance)
         for one in ranked:
-            members, ended = one.optimum.members, one.optimum.stalled
-            if members and not ended and one.evidence > ranked[0].evidence - tuned.DISTINGUISHED:
+            members, stalled = one.optimum.members, one.optimum.stalled
+            if members and not stalled and one.evidence > ranked[0].evidence - tuned.DISTINGUISHED:
                 closer = self.model(one.offsets).optimum(Attempt(members, one.optimum.u), library.prior(members))
                 if closer is not None:
                     self._keep_closer(Fit(closer, one.offsets))

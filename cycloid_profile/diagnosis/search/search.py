@@ -134,7 +134,7 @@ class _Stage:
         self._reached = 0.0
         self.fits = Fits(model)
         self._first = model
-        self._screening = None if screening is None else Fits(screening)
+        self._screening_models = None if screening is None else Fits(screening)
         self._to_beat: tuple[Fit, float] | None = None
         self._tried: set[tuple[Key, bytes]] = set()
 
@@ -246,16 +246,18 @@ class _Stage:
 
     def _screened(self, one: Proposal) -> FloatArray | None:
         """Where the fit of a proposal begins: where one to fewer rows ended; None if it is clearly worse there."""
-        if self._screening is None:
+        if self._screening_models is None:
             return one.start
         best = self.fits.best
         if self._to_beat is None or self._to_beat[0] is not best:
             u = best.optimum.u
-            there = self._screening.model(best.offsets).state(best.optimum.members, u)
+            there = self._screening_models.model(best.offsets).state(best.optimum.members, u)
             self._to_beat = best, math.inf if there is None else there.misfit + float(u @ u)
         attempt = Attempt(one.members, one.start, _SCREENING_STEPS, self._to_beat[1], least_gain=tuned.LEAST_GAIN)
-        found = self._screening.model(one.offsets).optimum(attempt, self.library.prior(one.members))
-        return None if found is None or attempt.cannot_beat(found.misfit) else found.u
+        found = self._screening_models.model(one.offsets).optimum(attempt, self.library.prior(one.members))
+        if found is None or (found.ended and attempt.cannot_beat(found.misfit)):
+            return None
+        return found.u
 
     def _neighbours(self, fit: Fit) -> Iterable[Proposal]:
         """Sets to fit about an optimum."""

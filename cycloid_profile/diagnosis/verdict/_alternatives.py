@@ -214,7 +214,7 @@ def _swapped(
     optima = []
     for i, deficit in alternatives:
         members = (*others, found.library.candidates[i])
-        known = [o for o in found.fitted if set(o.members) == set(members) and (o.converged or o.stalled)]
+        known = [o for o in found.fitted if set(o.members) == set(members) and o.converged]
         # An alternative that fits worse in linear equations is abandoned as soon as it cannot reach the best set.
         beat = math.inf if deficit < tuned.DISTINGUISHED else found.best.misfit
         start = np.concatenate([u, starts[i]]) if i in starts else found.start(members)
