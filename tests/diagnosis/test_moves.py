@@ -15,7 +15,7 @@ from cycloid_profile.diagnosis.data.noise import Noise
 from cycloid_profile.diagnosis.data.recording import record
 from cycloid_profile.diagnosis.model.candidate import Candidate
 from cycloid_profile.diagnosis.model.evidence import Library, linear_evidence, log_priors
-from cycloid_profile.diagnosis.model.exact_model import ExactModel
+from cycloid_profile.diagnosis.model.exact_model import ExactModel, State
 from cycloid_profile.diagnosis.model.flank_grid import FlankGrid
 from cycloid_profile.diagnosis.model.optimum import Attempt, Optimum
 from cycloid_profile.diagnosis.model.whitened import Whitened, normal_equations
@@ -142,7 +142,10 @@ def test_a_set_is_given_up_where_its_fit_to_fewer_rows_ends_clearly_worse(misfit
         asked.append(attempt)
         return replace(optimum_of((pitch,), [0.7, 0.1]), misfit=misfit, converged=ended)
 
-    fewer = SimpleNamespace(state=lambda *_: SimpleNamespace(misfit=75.0), optimum=optimum)
+    class There(State):
+        misfit = 75.0
+
+    fewer = SimpleNamespace(state=lambda members, u: There(reducer(), (), members, u), optimum=optimum)
     stage = SimpleNamespace(
         _screening_models=SimpleNamespace(model=lambda _: fewer),
         _to_beat=None,

@@ -195,13 +195,18 @@ class StageEnergy:
         return yielded[:, :pins].reshape(self.gap.shape), yielded[:, pins:].reshape(self.stretch.shape)
 
     @property
+    def pins_and_bearings(self) -> int:
+        """Number of forces on pins and bearings, without those on slopes over the width."""
+        return int(self.gap[0].size + self.stretch[0].size)
+
+    @property
     def by_motion(self) -> FloatArray:
         """J, deformation of pins and bearings per motion, shape (poses, forces, unknowns).
 
         With slices over the width, the slope of the tooth at each pin and both slopes of each disc follow.
         """
         poses, discs, pins = self.gap.shape
-        plane, unknowns = self.gap[0].size + self.stretch[0].size, self.arm.size
+        plane, unknowns = self.pins_and_bearings, self.arm.size
         slopes = 0 if self.width is None else self.gap[0].size + self.width.unknowns.size
         found = np.zeros((poses, plane + slopes, unknowns))
         for j, own in enumerate(self.disc_unknowns):
@@ -223,7 +228,7 @@ class StageEnergy:
         if point.tilt is None or self.width is None:
             return self._plane_stiffness_times(point, deformation)
         # Eq. 118: a force acts at the centre of its stiffness, the spread about that centre resists the slope.
-        poses, pins, plane = len(deformation), self.gap[0].size, self.gap[0].size + self.stretch[0].size
+        poses, pins, plane = len(deformation), self.gap[0].size, self.pins_and_bearings
         centre, spread = (each.reshape(poses, -1, 1) for each in (point.tilt.centre, point.tilt.spread))
         slope, slopes = deformation[:, plane : plane + pins], deformation[:, plane + pins :]
         closed = deformation[:, :plane].copy()

@@ -128,12 +128,7 @@ class StageTangent:
         By reciprocity: the forces of pins and bearings that balance the loads, which cause this ``motion`` of all
         parts, shape (poses, unknowns, loads).
         """
-        return -_finite((forces @ motion)[:, : self._pins_and_bearings])
-
-    @property
-    def _pins_and_bearings(self) -> int:
-        """Number of forces without those on slopes over the width."""
-        return int(self.energy.gap[0].size + self.energy.stretch[0].size)
+        return -_finite((forces @ motion)[:, : self.energy.pins_and_bearings])
 
     def forces_per_deformation(self, pins: IntArray) -> FloatArray:
         """Force of some ``pins`` of each pose, shape (poses, some), per deformation of every pin and bearing, carrier
@@ -145,7 +140,7 @@ class StageTangent:
         follow = motion @ (np.swapaxes(by_motion, 1, 2) @ unit)
         # The matrix is symmetric: a deformation at A loads B as one at B loads A.
         forces = np.swapaxes(self.energy.stiffness_times(self.point, unit - J @ follow), 1, 2)
-        return _finite(forces[..., : self._pins_and_bearings])
+        return _finite(forces[..., : self.energy.pins_and_bearings])
 
     def rotation(self, gap: FloatArray | float, misfit: FloatArray | float = 0.0) -> FloatArray:
         """Rotation of the output due to changes of gaps and bearing fits [mm], shape (poses,) [rad].

@@ -51,6 +51,11 @@ class State:
         """chi² plus the logarithm of the determinant of the covariance, up to a constant: −2 ln of the likelihood."""
         return self.chi2 + sum(block.log_det for block in self.blocks)
 
+    @property
+    def misfit_with_prior(self) -> float:
+        """The same plus the terms of the priors, unit normal in the coordinates."""
+        return self.misfit + float(self.u @ self.u)
+
     @cached_property
     def chi2(self) -> float:
         """chi² of all rows to fit, nuisances marginalised."""
@@ -204,7 +209,7 @@ class ExactModel:
                 break
             promised = float((equations.b - u) @ np.linalg.solve(np.eye(u.size) + R, equations.b - u))
             # The linear promise is less reliable before the second step.
-            if attempt.cannot_beat(now.misfit + float(u @ u) - (1.0 + 2.0 / max(number, 1) ** 2) * promised):
+            if attempt.cannot_beat(now.misfit_with_prior - (1.0 + 2.0 / max(number, 1) ** 2) * promised):
                 return None
             new = self._improved(members, u, equations, now, farthest, max(damping - 1, 0))
             if new is None:
@@ -217,8 +222,7 @@ class ExactModel:
         fall = self.baseline.misfit - now.misfit
         covariance = np.asarray(np.linalg.inv(np.eye(u.size) + R), dtype=np.float64)
         value = log_evidence_at(fall, u, covariance, prior, members)
-        misfit = now.misfit + float(u @ u)
-        return Optimum(members, u, covariance, R, now.chi2, misfit, rows, value, converged, stalled)
+        return Optimum(members, u, covariance, R, now.chi2, now.misfit_with_prior, rows, value, converged, stalled)
 
     def deficit(self, part: Optimum, whole: Optimum) -> float:
         """Half chi², with the terms of prior and covariance, by which a part of a set fits worse than the whole.
@@ -274,7 +278,6 @@ class ExactModel:
 
         ``first`` damping to try.
         """
-        before = now.misfit + float(u @ u)
         curvature = np.eye(u.size) + equations.R
         for number in range(first, len(_DAMPING)):
             damped = curvature + _DAMPING[number] * np.diag(np.diag(curvature))
@@ -283,7 +286,7 @@ class ExactModel:
                 if candidate.one_sided:
                     tried[2 * i] = max(tried[2 * i], 0.1 * u[2 * i])
             state = self.state(members, tried, farthest)
-            if state is not None and state.misfit + float(tried @ tried) < before:
+            if state is not None and state.misfit_with_prior < now.misfit_with_prior:
                 return tried, state, number
         return None
 

@@ -178,7 +178,7 @@ def with_another_effect(
             continue
         state = model.state(two.members, two.start)
         if state is not None:
-            found.append((state.misfit + float(two.start @ two.start), two))
+            found.append((state.misfit_with_prior, two))
     best: dict[frozenset[Variety], Proposal] = {}
     for _, two in sorted(found, key=lambda one: one[0]):
         best.setdefault(frozenset(member.variety for member in two.members), replace(two, promised=math.inf))

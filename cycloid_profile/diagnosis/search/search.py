@@ -31,7 +31,7 @@ from cycloid_profile.diagnosis.search.seam import SPLIT, offsets_by_seams
 from cycloid_profile.diagnosis.search.symmetric_parts import on_other_parts
 from cycloid_profile.measurement import HYSTERESIS
 
-_SCREENING_STEPS = 2  # on fewer rows: what the first steps do not show, further ones will not
+_SCREENING_STEPS = 2  # on fewer rows; most fits have ended or are abandoned by then, the others go on with all rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -250,9 +250,8 @@ class _Stage:
             return one.start
         best = self.fits.best
         if self._to_beat is None or self._to_beat[0] is not best:
-            u = best.optimum.u
-            there = self._screening_models.model(best.offsets).state(best.optimum.members, u)
-            self._to_beat = best, math.inf if there is None else there.misfit + float(u @ u)
+            there = self._screening_models.model(best.offsets).state(best.optimum.members, best.optimum.u)
+            self._to_beat = best, math.inf if there is None else there.misfit_with_prior
         attempt = Attempt(one.members, one.start, _SCREENING_STEPS, self._to_beat[1], least_gain=tuned.LEAST_GAIN)
         found = self._screening_models.model(one.offsets).optimum(attempt, self.library.prior(one.members))
         if found is None or (found.ended and attempt.cannot_beat(found.misfit)):
