@@ -7,6 +7,10 @@ import math
 import numpy as np
 
 from cycloid_profile.arrays import BoolArray, FloatArray
+from cycloid_profile.diagnosis import _tuned as tuned
+from cycloid_profile.diagnosis.data._smooth_forms import waves
+from cycloid_profile.diagnosis.data.noise import local_noise
+from cycloid_profile.geometry import Trochoid
 
 _GROSS = 7.0  # standard deviations: noise alone exceeds them in no file
 _LEAST_ERRORS = 3  # gross ones: fewer do not show how large errors are
@@ -14,6 +18,10 @@ _CHANCE = 0.003  # probability of mistaking a reading error for a feature, for a
 _SCATTERED = 1.5  # times the noise: upper limit of the spread of a few rows of pure noise
 _DIGITS = 9  # of the largest value, beyond which values differ by rounding
 _LEAST_ROWS = 24  # of a file in which a row can be seen to be isolated
+_MULTIPLES = 50  # of lobes and of pins: waves of a corner fall with their number
+_MESHES = 12  # multiples of lobes times pins: shown as lower orders where rows are few
+_ROUNDS = 2
+_CHANCE_OF_WAVE = 0.01  # of a wave in a turn without one
 
 
 def reading_step(values: FloatArray) -> float:
@@ -58,6 +66,56 @@ def gross_errors(residual: FloatArray, sigma: float, step: float = 0.0) -> BoolA
     if np.sum(gross) < _LEAST_ERRORS:
         return gross
     return _isolated(np.abs(away) > -ndtri(0.5 * _CHANCE * np.sum(gross) / n), neighbours)
+
+
+def errors_of_turn(
+    residual: FloatArray, angle: FloatArray, trochoid: Trochoid, step: float = 0.0
+) -> tuple[BoolArray, FloatArray]:
+    """Reading errors of a curve over a turn, and its rows with what is expected in place of the errors.
+
+    ``angle`` of the output [rad], rising. Where a pin comes to bear the curve has a corner, which few rows show: what
+    lobes and pins repeat is no reading error.
+    """
+    row = np.arange(residual.size)
+    errors = gross_errors(residual, local_noise(residual, row).sigma, step)
+    # Errors hide a ripple, and a ripple hides errors.
+    for _ in range(_ROUNDS):
+        ripple, known = _mesh_ripple(residual, angle, trochoid, ~errors), errors
+        rest = residual - ripple
+        errors = gross_errors(rest, local_noise(rest, row).sigma, step)
+        if np.array_equal(errors, known):
+            break
+    rest[errors] = np.interp(row[errors], row[~errors], rest[~errors])
+    return errors, rest + ripple
+
+
+def _mesh_ripple(residual: FloatArray, angle: FloatArray, trochoid: Trochoid, used: BoolArray) -> FloatArray:
+    """Waves at multiples of lobes, of pins and of both that clearly exceed the rest, at all rows, shape (rows,).
+
+    Fitted to the ``used`` rows, next to slow waves.
+    """
+    counts = np.array([trochoid.lobes, trochoid.pins, trochoid.lobes * trochoid.pins])
+    multiples = [np.arange(1, min(_MULTIPLES, residual.size // (2 * count)) + 1) * count for count in counts[:2]]
+    orders = np.unique(np.concatenate([*multiples, counts[2] * np.arange(1, _MESHES + 1)]))
+    slow = np.arange(1, tuned.LOW_ORDERS + 1)
+    known = np.hstack([np.ones((residual.size, 1)), waves([*np.outer(slow, angle)])])
+    columns = waves([*np.outer(orders, angle)])
+    rows, count = int(np.count_nonzero(used)), known.shape[1] + columns.shape[1]
+    if rows < 2 * count:
+        return np.zeros(residual.size)
+    fit = _fitted(np.hstack([known, columns]), residual, used)
+    rest = residual - np.hstack([known, columns]) @ fit
+    level = float(np.sum(rest[used] ** 2)) / (rows - count)
+    power = 0.5 * rows * np.sum(fit[known.shape[1] :].reshape(-1, 2) ** 2, axis=1)
+    shown = columns[:, np.repeat(power > 2.0 * level * math.log(orders.size / _CHANCE_OF_WAVE), 2)]
+    found: FloatArray = shown @ _fitted(np.hstack([known, shown]), residual, used)[known.shape[1] :]
+    return found
+
+
+def _fitted(columns: FloatArray, values: FloatArray, used: BoolArray) -> FloatArray:
+    """Least-squares amounts of columns; the smallest ones where rows show two orders as one."""
+    some = columns[used]
+    return np.asarray(np.linalg.lstsq(some.T @ some, some.T @ values[used], rcond=1e-9)[0])
 
 
 def _isolated(far: BoolArray, neighbours: FloatArray) -> BoolArray:

@@ -10,7 +10,7 @@ from cycloid_profile.arrays import BoolArray, FloatArray, IntArray
 from cycloid_profile.diagnosis import _tuned as tuned
 from cycloid_profile.diagnosis.data._drift import DRIFT_WIDTH, loop_drift, origin_drift, turn_drift
 from cycloid_profile.diagnosis.data._loops import NEAR_ZERO, loop_noise, shown_friction, usable_rows
-from cycloid_profile.diagnosis.data._reading_errors import gross_errors, reading_step
+from cycloid_profile.diagnosis.data._reading_errors import errors_of_turn, gross_errors, reading_step
 from cycloid_profile.diagnosis.data._smooth_forms import forms_of_scan, waves
 from cycloid_profile.diagnosis.data.noise import Noise, estimate_noise, local_noise, run_starts
 from cycloid_profile.effects import AsBuiltReducer
@@ -280,14 +280,17 @@ def _curve_recording(reducer: AsBuiltReducer, measurement: Measurement) -> Recor
             f"{measurement.name}: rows to compare", rows.size, "are too few", "measure more rows, away from zero torque"
         )
     step = reading_step(measurement.value[rows])
-    erroneous = gross_errors(residual[rows], local_noise(residual[rows], rows).sigma, step)
+    if measurement.kind is HYSTERESIS:
+        erroneous = gross_errors(residual[rows], local_noise(residual[rows], rows).sigma, step)
+        noise = loop_noise(reducer, residual[rows[~erroneous]], rows[~erroneous], measurement)
+    else:
+        angle = measurement["output_angle_deg"][rows] * DEGREE
+        erroneous, filled = errors_of_turn(residual[rows], angle, reducer.case.drive.trochoid, step)
+        # Gaps would cut the rows into runs too short to show waves of the mesh as lines.
+        noise = estimate_noise(filled, rows, measurement.stated_noise)
     if np.any(erroneous):
         notes.append(f"{np.count_nonzero(erroneous)} reading errors are omitted")
         rows, block = rows[~erroneous], block[~erroneous]
-    if measurement.kind is HYSTERESIS:
-        noise = loop_noise(reducer, residual[rows], rows, measurement)
-    else:
-        noise = estimate_noise(residual[rows], rows, measurement.stated_noise)
     drift = _drift(reducer, measurement, residual[rows], rows, noise)
     held_out = block % _HELD_OUT == 2
     found = Recording(measurement, 0, rows, held_out, noise, tuple(notes), predicted=predicted, drift=drift)
