@@ -41,6 +41,7 @@ _TORQUE_STEP = 0.1  # of the largest torque: about one further pin bears
 _CORNER_MULTIPLES = 50  # of lobes and of pins: a corner is as narrow as the load on a tooth that just touches
 _SHARED = 0.3  # of the largest singular value of waves: those of two that hardly differ are below
 _ROWS_OF_MULTIPLE = 16  # for each of them, twice as many as its columns and those of the other orders
+_FALLING = 3  # of lobes times pins, to which bodies, and effects that are the same at all angles, leave a ripple
 _MULTIPLES = 6  # of lobes and pins: amplitudes fall with the harmonic
 
 
@@ -231,20 +232,20 @@ def order_error(
     Equal lobes and pins have one at multiples of their product. Holes for cranks and bolts make an elastic disc softer
     in some directions, so that it has one at all multiples of the pins. The width is the ripple of the errors that grow
     with the load, ``grown``, shape (rows, errors), since laws and bodies change each order by a factor of its own; with
-    it, of the product the accuracy of an order, of the bodies their whole ripple.
+    it, of the first products the accuracy of an order, of the bodies their whole ripple.
     """
     if not recording.kind.over_output_turn:
         return np.zeros((position.size, 0))
     lobes, pins = reducer.case.drive.trochoid.lobes, reducer.case.drive.trochoid.pins
     # The product comes first: rows at equal distances show some orders as others, and each counts once.
-    multiple = np.arange(1, tuned.PRODUCTS * lobes + 1)
-    multiple = np.concatenate([multiple[multiple % lobes == 0], multiple[multiple % lobes > 0]])
+    others = np.arange(1, _FALLING * lobes + 1)
+    multiple = np.concatenate([lobes * np.arange(1, tuned.PRODUCTS + 1), others[others % lobes > 0]])
     wave = np.exp(1j * np.outer(position, pins * multiple))
     first = _distinct(wave)
-    wave, of_product = wave[:, first], first < tuned.PRODUCTS
+    wave = wave[:, first]
     predicted = np.nan_to_num(curve.prediction.on_last_flank)[:, np.newaxis]
     of_bodies = _ripple(predicted, wave)[:, 0] if reducer.case.disc_bodies else 0.0
-    known = np.where(of_product, recording.accuracy, of_bodies)
+    known = np.where(first < _FALLING, recording.accuracy, np.where(first < tuned.PRODUCTS, 0.0, of_bodies))
     width = np.hypot(known, np.linalg.norm(_ripple(grown, wave), axis=1))
     return _seen(width, wave, recording.noise)
 
@@ -311,7 +312,7 @@ def form_error(
     columns = _modulated(signature - mean, [position, 2.0 * position, *mesh])
     if recording.kind.zero_unknown:
         return columns
-    ripple = [order * position for order in _product_orders(trochoid)]
+    ripple = [order * position for order in _product_orders(trochoid)[:_FALLING]]
     return np.hstack([columns, _modulated(np.full(signature.size, mean), ripple)])
 
 
