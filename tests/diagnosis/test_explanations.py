@@ -241,15 +241,21 @@ def test_noise_alone_leaves_no_curve():
         assert smooth_remainder([ScanResidual(x, 0.3 * UM * draw.normal(size=x.size), 0.3 * UM)], 12) is None
 
 
+def half_fall(part: Optimum, whole: Optimum) -> float:
+    """The deficit where both have the same error of the model."""
+    return 0.5 * (part.misfit - whole.misfit)
+
+
 def test_angles_that_fit_as_well_after_half_a_turn_are_notes():
     ring, everywhere = some("pin_ring_runout", "cumulative_pitch_error", disc=None)
-    final = replace(best_of([ring, everywhere], [0.1, 0.2, 0.3, 0.4]), chi2=1000.0, rows=1000)
+    final = best_of([ring, everywhere], [0.1, 0.2, 0.3, 0.4], 1000.0)
 
-    def notes(*chi2: float | None) -> list[str]:
-        answers = iter(None if one is None else SimpleNamespace(chi2=one) for one in chi2)
-        return alternatives.rotation_notes(SimpleNamespace(state=lambda *_: next(answers)), final)
+    def notes(*misfit: float | None) -> list[str]:
+        answers = iter(None if one is None else SimpleNamespace(misfit_with_prior=one) for one in misfit)
+        everything = SimpleNamespace(state=lambda *_: next(answers), deficit=half_fall)
+        return alternatives.rotation_notes(everything, final)
 
-    # In turn: the ring, the discs, and both together. Nine of χ² are three standard deviations.
+    # In turn: the ring, the discs, and both together. Nine of the misfit are three standard deviations.
     assert notes(1009.1, 1009.1, 1009.1) == []
     assert notes(None, None, None) == []
     (one,) = notes(1009.1, 1008.9, 1009.1)
@@ -262,17 +268,17 @@ def test_angles_that_fit_as_well_after_half_a_turn_are_notes():
 
 def test_a_size_that_fits_as_well_with_the_opposite_sign_is_a_note():
     (crank,), (friction,) = some("crank_eccentricity_error", crank=1), some("coulomb_friction")
-    final = replace(best_of([crank, friction], [0.4, 0.0, 0.3, 0.0]), chi2=1000.0, rows=1000)
+    final = best_of([crank, friction], [0.4, 0.0, 0.3, 0.0], 1000.0)
     asked = []
 
-    def notes(chi2: float) -> list[str]:
+    def notes(misfit: float) -> list[str]:
         def state(_, u):
             asked.append(u)
-            return SimpleNamespace(chi2=chi2)
+            return SimpleNamespace(misfit_with_prior=misfit)
 
-        return alternatives.sign_notes(SimpleNamespace(state=state), final)
+        return alternatives.sign_notes(SimpleNamespace(state=state, deficit=half_fall), final)
 
-    # Friction has one sign. Nine of χ² are three standard deviations.
+    # Friction has one sign. Nine of the misfit are three standard deviations.
     assert notes(1009.1) == []
     (one,) = notes(1008.9)
     assert one.startswith("amount_um of crank_eccentricity_error with the opposite sign fits as well")
@@ -320,8 +326,9 @@ def test_the_nearest_alternatives_join_the_group_if_they_fit_exactly():
     for misfit, group in ((105.0, [pitch]), (120.0, [])):
         said: list[str] = []
         model = SimpleNamespace(
-            only_loops=False, reducer=reducer(), optimum=lambda one, _, m=misfit: best_of(one.members, [0.5, 0.0], m)
-        )
+            only_loops=False, reducer=reducer(), optimum=lambda one, _, m=misfit: best_of(one.members, [0.5, 0.0], m),
+            baseline=SimpleNamespace(misfit=140.0),
+        )  # fmt: skip
         found = SimpleNamespace(
             library=known, equations=linear, best=best_of([oval], [0.9, 0.0], 100.0), fitted=[], model=model,
             start=lambda _: None,
@@ -335,6 +342,31 @@ def test_the_nearest_alternatives_join_the_group_if_they_fit_exactly():
     )  # fmt: skip
     assert alternatives.ambiguity_group(alone, alone.equations, 0, said.append) == []
     assert len(said) == 1
+
+
+def test_where_linear_equations_explain_little_every_name_they_bring_near_is_fitted():
+    known = candidates(reducer(), frozenset(), True)
+    first = {one.name: one for one in reversed(known)}
+    members = [first.pop("disc_oval"), *first.values()]
+    R = np.diag(np.full(2 * len(members), 1000.0))
+    b = np.where(np.arange(2 * len(members)) < 2, 50.0, 1.0)  # half chi² of 2.5 by the oval, so that all are near
+    for baseline, fitted, kept in ((104.0, 4, len(first)), (300.0, len(first), 0)):
+        asked: list[float] = []
+
+        def optimum(attempt, _, asked=asked):
+            asked.append(attempt.beat)
+
+        model = SimpleNamespace(
+            only_loops=False, reducer=reducer(), optimum=optimum, baseline=SimpleNamespace(misfit=baseline)
+        )
+        found = SimpleNamespace(
+            library=Library(tuple(members), 2), equations=equations(b, R, members), fitted=[], model=model,
+            best=best_of(members[:1], [0.05, 0.0], 100.0), start=lambda _: None,
+        )  # fmt: skip
+        # A fit that is given up says that a name fits worse, unless linear equations are believed.
+        assert len(alternatives.ambiguity_group(found, found.equations, 0, lambda _: None)) == kept
+        assert len(asked) == fitted
+        assert all((beat == 100.0) == (kept == 0) for beat in asked)
 
 
 def test_every_name_is_fitted_in_place_of_the_effect_of_a_loop():

@@ -26,6 +26,7 @@ _RESCORED_SWAPS = 4  # names, each of one disc and of all
 _RESCORED_PLACES = 6  # locations of the same effect
 _PLACES_OF_LOOPS = 3  # places and shapes of one variety: on a loop they differ little
 _REACH_OF_LOCATIONS = 40.0  # half chi²: other locations on curves that are this much worse are not fitted
+_MOSTLY = 0.5  # of what the exact model says
 _LISTED = 5  # names in a note or in a line of progress
 _STEPS = 4  # of a replaced member: the others start at their optimum
 
@@ -122,7 +123,10 @@ def sign_notes(everything: ExactModel, final: Optimum) -> list[str]:
 def _fits_there(everything: ExactModel, other: Optimum, final: Optimum) -> bool:
     """Whether the coordinates of another optimum fit as well as the final ones, without a further fit."""
     state = everything.state(other.members, other.u)
-    return state is not None and state.chi2 < final.chi2 + 2.0 * _distinguished(final)
+    if state is None:
+        return False
+    there = replace(other, misfit=state.misfit_with_prior)
+    return everything.deficit(there, final) < _distinguished(final)
 
 
 def ambiguity_group(
@@ -149,11 +153,14 @@ def ambiguity_group(
         if _fit_of(rescored) >= _fit_of(best) - _distinguished(best):
             group.setdefault(alternative.name, alternative)
     names: float = _RESCORED_SWAPS
-    at_places, reach = 1, tuned.DISTINGUISHED
+    at_places, reach, linear = 1, tuned.DISTINGUISHED, True
     if found.model.only_loops:
         # With few pins in contact, linear equations misjudge effects that load further pins. A loop has one pose: the
         # exact model is cheap, and tries every name of plausible size there.
         names, at_places, reach = math.inf, _PLACES_OF_LOOPS, math.inf
+    elif not _explained_by_linear_equations(found):
+        # They say nothing of others either.
+        names, linear = math.inf, False
     evaluated: list[tuple[int, float]] = []
     tried: Counter[Variety] = Counter()
     for i, deficit in swaps(found, member, reach):
@@ -164,7 +171,7 @@ def ambiguity_group(
         if alternative.name in names_tried or len(names_tried) < names:
             # The exact model evaluates the nearest alternatives, linear equations the rest.
             tried[alternative.variety] += 1
-            evaluated.append((i, deficit))
+            evaluated.append((i, deficit if linear else math.inf))
         elif deficit < tuned.DISTINGUISHED:
             group[alternative.name] = alternative
     if evaluated:
@@ -175,6 +182,12 @@ def ambiguity_group(
         if _fits_as_well(best, optimum, deficit):
             group.setdefault(library.candidates[i].name, library.candidates[i])
     return list(group.values())
+
+
+def _explained_by_linear_equations(found: SearchResult) -> bool:
+    """Whether linear equations about the best set promise most of what it explains."""
+    explained = 0.5 * (found.model.baseline.misfit - found.best.misfit)
+    return _fit(found.equations, found.library.places(found.best.members)) > _MOSTLY * explained
 
 
 def _at_other_locations(found: SearchResult, member: int, progress: Callable[[str], None]) -> tuple[SizedEffect, ...]:
