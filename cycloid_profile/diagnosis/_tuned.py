@@ -38,6 +38,6 @@ FINITE = 12  # single effects fitted from a finite size, and pairs of them on lo
 FINITE_AROUND = 27  # the same from other angles and lobes on loops: one for each of 27 effects and parts
 
 # Orders of a turn.
-PRODUCTS = 12  # multiples of lobes times pins at which equal parts leave a ripple: with few lobes it has corners
+PRODUCTS = 12  # multiples of lobes times pins at which equal parts leave a ripple: of few lobes many are seen
 SEEN_ORDER = 0.3  # standard errors: a nuisance column of less width hides at most a twelfth of an amplitude
 LOW_ORDERS = 12  # up to here a wave is a form error, of clamping or of runout; more waves are chatter

@@ -137,9 +137,11 @@ def test_swaps_lose_what_the_other_cannot_explain():
 
 def test_what_fits_as_well_is_within_three_standard_deviations():
     members = some("disc_oval", disc=1)
-    best = best_of(members, [0.1, 0.2], misfit=100.0)
+    best = SimpleNamespace(
+        best=best_of(members, [0.1, 0.2], misfit=100.0), model=SimpleNamespace(only_loops=False, deficit=half_fall)
+    )
     assert alternatives._fits_as_well(best, best_of(members, [0.1, 0.2], misfit=108.9), 0.0)
-    assert not alternatives._fits_as_well(best, best_of(members, [0.1, 0.2], misfit=109.1), 0.0)
+    assert not alternatives._fits_as_well(best, best_of(members, [0.1, 0.2], misfit=109.1), math.inf)
     # Not converged: the linear equations decide.
     for converged, deficit, good in ((True, 4.4, False), (False, 4.4, True), (False, 4.6, False)):
         worse = best_of(members, [0.1, 0.2], misfit=200.0, converged=converged)
@@ -327,7 +329,7 @@ def test_the_nearest_alternatives_join_the_group_if_they_fit_exactly():
         said: list[str] = []
         model = SimpleNamespace(
             only_loops=False, reducer=reducer(), optimum=lambda one, _, m=misfit: best_of(one.members, [0.5, 0.0], m),
-            baseline=SimpleNamespace(misfit=140.0),
+            deficit=half_fall,
         )  # fmt: skip
         found = SimpleNamespace(
             library=known, equations=linear, best=best_of([oval], [0.9, 0.0], 100.0), fitted=[], model=model,
@@ -344,29 +346,37 @@ def test_the_nearest_alternatives_join_the_group_if_they_fit_exactly():
     assert len(said) == 1
 
 
-def test_where_linear_equations_explain_little_every_name_they_bring_near_is_fitted():
+@pytest.mark.parametrize(
+    ("by_one_error", "loops", "as_good"), [(4.0, False, True), (5.0, False, False), (4.0, True, False)]
+)
+def test_alternatives_are_compared_by_one_error_of_the_model(by_one_error, loops, as_good):
+    oval, pitch = some("disc_oval", "cumulative_pitch_error", disc=1)
+    model = SimpleNamespace(only_loops=loops, deficit=lambda *_: by_one_error)
+    found = SimpleNamespace(best=best_of([oval], [0.9, 0.0], 100.0), model=model)
+    assert alternatives._as_good(found, best_of([pitch], [0.5, 0.0], 109.0))
+    assert alternatives._as_good(found, best_of([pitch], [0.5, 0.0], 130.0)) is as_good
+    assert not alternatives._as_good(found, best_of([pitch], [0.5, 0.0], 190.0))
+
+
+def test_every_near_name_is_fitted_exactly():
     known = candidates(reducer(), frozenset(), True)
     first = {one.name: one for one in reversed(known)}
     members = [first.pop("disc_oval"), *first.values()]
     R = np.diag(np.full(2 * len(members), 1000.0))
     b = np.where(np.arange(2 * len(members)) < 2, 50.0, 1.0)  # half chi² of 2.5 by the oval, so that all are near
-    for baseline, fitted, kept in ((104.0, 4, len(first)), (300.0, len(first), 0)):
-        asked: list[float] = []
+    asked: list[float] = []
 
-        def optimum(attempt, _, asked=asked):
-            asked.append(attempt.beat)
+    def optimum(attempt, _):
+        asked.append(attempt.beat)
 
-        model = SimpleNamespace(
-            only_loops=False, reducer=reducer(), optimum=optimum, baseline=SimpleNamespace(misfit=baseline)
-        )
-        found = SimpleNamespace(
-            library=Library(tuple(members), 2), equations=equations(b, R, members), fitted=[], model=model,
-            best=best_of(members[:1], [0.05, 0.0], 100.0), start=lambda _: None,
-        )  # fmt: skip
-        # A fit that is given up says that a name fits worse, unless linear equations are believed.
-        assert len(alternatives.ambiguity_group(found, found.equations, 0, lambda _: None)) == kept
-        assert len(asked) == fitted
-        assert all((beat == 100.0) == (kept == 0) for beat in asked)
+    found = SimpleNamespace(
+        library=Library(tuple(members), 2), equations=equations(b, R, members), fitted=[],
+        model=SimpleNamespace(only_loops=False, reducer=reducer(), optimum=optimum),
+        best=best_of(members[:1], [0.05, 0.0], 100.0), start=lambda _: None,
+    )  # fmt: skip
+    # A fit that is given up says that a name fits worse.
+    assert alternatives.ambiguity_group(found, found.equations, 0, lambda _: None) == []
+    assert asked == [100.0] * len(first)
 
 
 def test_every_name_is_fitted_in_place_of_the_effect_of_a_loop():

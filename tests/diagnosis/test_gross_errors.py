@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cycloid_profile.diagnosis import diagnose
+from cycloid_profile.diagnosis.data import _reading_errors as errors
 from cycloid_profile.diagnosis.data._reading_errors import errors_of_turn, gross_errors, reading_step
 from cycloid_profile.diagnosis.data.noise import estimate_noise, local_noise
 from cycloid_profile.geometry import Trochoid
@@ -160,8 +161,8 @@ def test_corners_that_repeat_with_the_mesh_are_no_reading_errors():
     for seed in range(12):
         angle, residual, _ = turn_with_corners(seed, 0)
         taken += int(np.sum(gross_errors(residual, local_noise(residual, np.arange(residual.size)).sigma)))
-        errors, filled = errors_of_turn(residual, angle, ELEVEN_LOBES)
-        assert not np.any(errors)
+        omitted, filled = errors_of_turn(residual, angle, ELEVEN_LOBES)
+        assert not np.any(omitted)
         sigma.append(estimate_noise(filled, np.arange(residual.size)).sigma)
     assert taken > 0  # the single rows alone do not show it
     assert np.mean(sigma) == pytest.approx(SIGMA, rel=0.05)
@@ -170,17 +171,38 @@ def test_corners_that_repeat_with_the_mesh_are_no_reading_errors():
 @pytest.mark.parametrize("seed", range(4))
 def test_reading_errors_between_corners_are_found_and_filled(seed):
     angle, residual, hit = turn_with_corners(seed, 7)
-    errors, filled = errors_of_turn(residual, angle, ELEVEN_LOBES)
-    assert np.flatnonzero(errors).tolist() == sorted(hit.tolist())
+    omitted, filled = errors_of_turn(residual, angle, ELEVEN_LOBES)
+    assert np.flatnonzero(omitted).tolist() == sorted(hit.tolist())
     clean = turn_with_corners(seed, 0)[1]
-    assert np.std((filled - clean)[errors]) < 3.0 * SIGMA
-    np.testing.assert_allclose(filled[~errors], residual[~errors], rtol=0.0, atol=1e-9)
+    assert np.std((filled - clean)[omitted]) < 3.0 * SIGMA
+    np.testing.assert_allclose(filled[~omitted], residual[~omitted], rtol=0.0, atol=1e-9)
     assert estimate_noise(filled, np.arange(residual.size)).sigma == pytest.approx(SIGMA, rel=0.12)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_narrow_peaks_at_every_pin_are_no_reading_errors(seed):
+    # Without the rows first taken for errors the waves are too low: they need some rounds.
+    trochoid = Trochoid(pins=40, pin_circle_radius=120.0, eccentricity=1.5)
+    angle = np.arange(719) * 2.0 * np.pi / 719
+    off = np.mod(40.0 * angle + np.pi, 2.0 * np.pi) - np.pi
+    residual = SIGMA * (25.0 * np.exp(-0.5 * (off / 0.2) ** 2) + np.random.default_rng(seed).normal(size=719))
+    assert np.any(gross_errors(residual, local_noise(residual, np.arange(719)).sigma))
+    assert not np.any(errors_of_turn(residual, angle, trochoid)[0])
+
+
+def test_a_wave_that_rows_show_as_several_orders_is_found():
+    # 720 rows show the first multiple of 39 · 40 as order 120, three times the pins.
+    trochoid = Trochoid(pins=40, pin_circle_radius=120.0, eccentricity=1.5)
+    angle = np.arange(720) * 2.0 * np.pi / 720
+    residual = noise()[:720] + 0.8 * SIGMA * np.cos(120.0 * angle)
+    waves = errors._mesh_waves(angle, trochoid)
+    ripple = errors._ripple(residual, waves, np.ones(720, dtype=bool))
+    assert np.std(ripple) == pytest.approx(0.8 * SIGMA / np.sqrt(2.0), rel=0.2)
 
 
 def test_few_rows_of_a_turn_show_no_ripple():
     residual = noise()[:60]
     residual[30] = 20.0 * SIGMA
-    errors, filled = errors_of_turn(residual, np.arange(60) * 2.0 * np.pi / 60, ELEVEN_LOBES)
-    assert np.flatnonzero(errors).tolist() == [30]
+    omitted, filled = errors_of_turn(residual, np.arange(60) * 2.0 * np.pi / 60, ELEVEN_LOBES)
+    assert np.flatnonzero(omitted).tolist() == [30]
     assert filled[30] == pytest.approx(0.5 * (residual[29] + residual[31]))

@@ -187,27 +187,6 @@ def test_normal_equations_are_those_of_a_dense_covariance(kind, noise):
     np.testing.assert_allclose(block.projected(z), z - fitted, atol=1e-8)
 
 
-@pytest.mark.parametrize("shown", [False, True])
-def test_corners_of_an_effect_count_where_the_rows_show_them(shown):
-    one, members, u = residuals("turn"), some(True, "encoder_eccentricity"), np.array([0.4, 0.2])
-    one = one.under(replace(one.recording, noise=Noise(one.recording.noise.sigma)))
-    one.nuisance = np.clip(one.nuisance, -10.0, 10.0)
-    corners = 2.0 * one.recording.noise.sigma * np.cos(np.outer(one.position, 200.0 + np.arange(6.0)))
-    if shown:
-        one.residual = one.residual + corners @ np.array([1.0, -0.6, 1.4, -1.1, 0.3, 0.8])
-    without = Whitened(one, members=members, u=u)
-    one.corner_error = corners
-    block = Whitened(one, members=members, u=u)
-    assert block.nuisance.shape[1] - without.nuisance.shape[1] == (6 if shown else 0)
-    C = dense(block, np.hstack([one.form_error(members, u), *([corners] if shown else [])]))
-    r = one.residual[block.chosen]
-    assert block.chi2 == pytest.approx(r @ solved(C, r), rel=1e-7)
-    # Models with corners and without have half the probability each.
-    noise = 2.0 * r.size * math.log(one.recording.noise.sigma)
-    log_det = np.linalg.slogdet(C.astype(np.float64))[1] - noise
-    assert block.log_det == pytest.approx(log_det + math.log(4.0), rel=1e-7)
-
-
 def test_equations_about_an_estimate_are_those_about_zero():
     block, members = Whitened(residuals("scan")), some(False, *KINDS["scan"][1])
     whole, u = normal_equations([block], members), np.array([0.3, 0.0, -0.2, 0.1, 0.5, 0.0])

@@ -8,7 +8,6 @@ import numpy as np
 
 from cycloid_profile.arrays import BoolArray, FloatArray
 from cycloid_profile.diagnosis import _tuned as tuned
-from cycloid_profile.diagnosis.data._smooth_forms import waves
 from cycloid_profile.diagnosis.data.noise import local_noise
 from cycloid_profile.geometry import Trochoid
 
@@ -20,7 +19,7 @@ _DIGITS = 9  # of the largest value, beyond which values differ by rounding
 _LEAST_ROWS = 24  # of a file in which a row can be seen to be isolated
 _MULTIPLES = 50  # of lobes and of pins: waves of a corner fall with their number
 _MESHES = 12  # multiples of lobes times pins: shown as lower orders where rows are few
-_ROUNDS = 2
+_ROUNDS = 8  # at most; most turns need one or two
 _CHANCE_OF_WAVE = 0.01  # of a wave in a turn without one
 
 
@@ -76,44 +75,61 @@ def errors_of_turn(
     ``angle`` of the output [rad], rising. Where a pin comes to bear the curve has a corner, which few rows show: what
     lobes and pins repeat is no reading error.
     """
-    row = np.arange(residual.size)
-    errors = gross_errors(residual, local_noise(residual, row).sigma, step)
+    row, columns = np.arange(residual.size), _mesh_waves(angle, trochoid)
+
+    def beyond(ripple: FloatArray) -> BoolArray:
+        rest = residual - ripple
+        return gross_errors(rest, local_noise(rest, row).sigma, step)
+
+    ripple = np.zeros(residual.size)
+    errors = beyond(ripple)
     # Errors hide a ripple, and a ripple hides errors.
     for _ in range(_ROUNDS):
-        ripple, known = _mesh_ripple(residual, angle, trochoid, ~errors), errors
-        rest = residual - ripple
-        errors = gross_errors(rest, local_noise(rest, row).sigma, step)
+        ripple, known = _ripple(residual, columns, ~errors), errors
+        errors = beyond(ripple)
         if np.array_equal(errors, known):
             break
+    rest = residual - ripple
     rest[errors] = np.interp(row[errors], row[~errors], rest[~errors])
     return errors, rest + ripple
 
 
-def _mesh_ripple(residual: FloatArray, angle: FloatArray, trochoid: Trochoid, used: BoolArray) -> FloatArray:
-    """Waves at multiples of lobes, of pins and of both that clearly exceed the rest, at all rows, shape (rows,).
+def _mesh_waves(angle: FloatArray, trochoid: Trochoid) -> tuple[FloatArray, FloatArray]:
+    """Slow waves, shape (rows, columns), and those at multiples of lobes, of pins and of both: cosine and sine of each.
 
-    Fitted to the ``used`` rows, next to slow waves.
+    Rows at equal distances show some orders as others: each counts once.
     """
     counts = np.array([trochoid.lobes, trochoid.pins, trochoid.lobes * trochoid.pins])
-    multiples = [np.arange(1, min(_MULTIPLES, residual.size // (2 * count)) + 1) * count for count in counts[:2]]
-    orders = np.unique(np.concatenate([*multiples, counts[2] * np.arange(1, _MESHES + 1)]))
-    slow = np.arange(1, tuned.LOW_ORDERS + 1)
-    known = np.hstack([np.ones((residual.size, 1)), waves([*np.outer(slow, angle)])])
-    columns = waves([*np.outer(orders, angle)])
-    rows, count = int(np.count_nonzero(used)), known.shape[1] + columns.shape[1]
+    multiples = [np.arange(1, min(_MULTIPLES, angle.size // (2 * count)) + 1) * count for count in counts[:2]]
+    slow = np.arange(tuned.LOW_ORDERS + 1)
+    orders = np.concatenate([slow, *multiples, counts[2] * np.arange(1, _MESHES + 1)])
+    wave = np.exp(1j * np.outer(angle, orders))
+    kept = np.sort(np.unique(np.round(wave.real, 6), axis=1, return_index=True)[1])
+    wave = wave[:, kept]
+    first = int(np.count_nonzero(kept < slow.size))
+    known, found = wave[:, :first], wave[:, first:]
+    return np.hstack([known.real, known.imag[:, 1:]]), np.stack([found.real, found.imag], axis=2).reshape(
+        angle.size, -1
+    )
+
+
+def _ripple(residual: FloatArray, columns: tuple[FloatArray, FloatArray], used: BoolArray) -> FloatArray:
+    """Those waves of the mesh that clearly exceed the rest, at all rows, shape (rows,); fitted to the ``used`` rows."""
+    slow, waves = columns
+    both = np.hstack(columns)
+    rows, count = int(np.count_nonzero(used)), both.shape[1]
     if rows < 2 * count:
         return np.zeros(residual.size)
-    fit = _fitted(np.hstack([known, columns]), residual, used)
-    rest = residual - np.hstack([known, columns]) @ fit
-    level = float(np.sum(rest[used] ** 2)) / (rows - count)
-    power = 0.5 * rows * np.sum(fit[known.shape[1] :].reshape(-1, 2) ** 2, axis=1)
-    shown = columns[:, np.repeat(power > 2.0 * level * math.log(orders.size / _CHANCE_OF_WAVE), 2)]
-    found: FloatArray = shown @ _fitted(np.hstack([known, shown]), residual, used)[known.shape[1] :]
+    fit = _fitted(both, residual, used)
+    level = float(np.sum((residual - both @ fit)[used] ** 2)) / (rows - count)
+    power = 0.5 * rows * np.sum(fit[slow.shape[1] :].reshape(-1, 2) ** 2, axis=1)
+    shown = waves[:, np.repeat(power > 2.0 * level * math.log(max(power.size, 1) / _CHANCE_OF_WAVE), 2)]
+    found: FloatArray = shown @ _fitted(np.hstack([slow, shown]), residual, used)[slow.shape[1] :]
     return found
 
 
 def _fitted(columns: FloatArray, values: FloatArray, used: BoolArray) -> FloatArray:
-    """Least-squares amounts of columns; the smallest ones where rows show two orders as one."""
+    """Least-squares amounts of columns, from the ``used`` rows."""
     some = columns[used]
     return np.asarray(np.linalg.lstsq(some.T @ some, some.T @ values[used], rcond=1e-9)[0])
 

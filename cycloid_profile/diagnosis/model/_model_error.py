@@ -130,7 +130,7 @@ class CornerWaves:
         counts = np.array([trochoid.lobes, trochoid.pins])
         k = np.arange(1, min(_CORNER_MULTIPLES, position.size // _ROWS_OF_MULTIPLE) + 1)
         # Forms of parts and the ripple of equal lobes and pins err by themselves. On few rows they look like others.
-        others = np.concatenate([np.arange(tuned.LOW_ORDERS + 1), _product_orders(trochoid)])
+        others = np.concatenate([np.arange(tuned.LOW_ORDERS + 1), _product_orders(trochoid)[:_FALLING]])
         corners = [count * k[count * k % np.prod(counts) > 0] for count in counts]
         wave = np.exp(1j * np.outer(position, np.concatenate([others, *corners])))
         family = np.repeat([0, 1, 2], [others.size, *(one.size for one in corners)])
@@ -245,7 +245,7 @@ def order_error(
     wave = wave[:, first]
     predicted = np.nan_to_num(curve.prediction.on_last_flank)[:, np.newaxis]
     of_bodies = _ripple(predicted, wave)[:, 0] if reducer.case.disc_bodies else 0.0
-    known = np.where(first < _FALLING, recording.accuracy, np.where(first < tuned.PRODUCTS, 0.0, of_bodies))
+    known = np.where(first < _FALLING, recording.accuracy, of_bodies)
     width = np.hypot(known, np.linalg.norm(_ripple(grown, wave), axis=1))
     return _seen(width, wave, recording.noise)
 

@@ -114,25 +114,18 @@ class Residuals:
 
     @cached_property
     def model_error(self) -> FloatArray:
-        """Error of the model but for forms and corners of effects, as columns with their prior widths, shape (rows,
-        columns).
-        """
+        """Error of the model but for the form of effects, as columns with their prior widths, shape (rows, columns)."""
         if self.recording.kind is PROFILE_SCAN:
             return np.zeros((self.residual.size, 0))
         further = pins_error(self.first_order, self.recording, self._load_error)
-        bare = self if self._bare is None else self._bare
-        return np.hstack([self._load_error, further, bare._order_error])
-
-    @cached_property
-    def corner_error(self) -> FloatArray:
-        """Error where effects make further pins bear in a turn, as columns with their prior widths, shape (rows,
-        columns).
-        """
-        if self._bare is None or not self.recording.kind.over_output_turn:
-            return np.zeros((self.residual.size, 0))
-        solved = np.isfinite(self.residual) & np.isfinite(self._bare.residual)
-        added = np.where(solved[:, np.newaxis], self._load_error - self._bare._load_error, 0.0)
-        return self._bare._corner_waves.error(added, self.recording.noise)
+        if self._bare is None:
+            return np.hstack([self._load_error, further, self._order_error])
+        columns = [self._load_error, further, self._bare._order_error]
+        if self.recording.kind.over_output_turn:
+            solved = np.isfinite(self.residual) & np.isfinite(self._bare.residual)
+            added = np.where(solved[:, np.newaxis], self._load_error - self._bare._load_error, 0.0)
+            columns.append(self._bare._corner_waves.error(added, self.recording.noise))
+        return np.hstack(columns)
 
     @cached_property
     def _corner_waves(self) -> CornerWaves:

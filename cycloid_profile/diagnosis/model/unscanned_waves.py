@@ -76,12 +76,7 @@ class UnscannedWaves:
         self._responses: dict[str, list[tuple[csr_array, FloatArray]]] = {}
         free = diagonal([np.hstack([block.nuisance[:, : block.known], _mesh(block)]) for block in self.blocks])
         # Errors of the model have prior widths: rows of their own hold them to zero.
-        errors = diagonal(
-            [
-                block.white(np.hstack([block.residuals.model_error, block.residuals.corner_error]))
-                for block in self.blocks
-            ]
-        )
+        errors = diagonal([block.white(block.residuals.model_error) for block in self.blocks])
         self._held = errors.shape[1]
         named = np.concatenate([block.columns(members) for block in self.blocks])
         below = np.zeros((self._held, free.shape[1] + named.shape[1]))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, cast
@@ -34,8 +33,7 @@ class Whitened:
     """Fitted rows of one recording, or of a pair, in units of independent noise.
 
     ``z``: shape (rows,). ``nuisance``: shape (rows, n), unit normal priors: datum, zero and drift, then the errors of
-    the model, which include those of the ``members`` at coordinates ``u``; corners that effects add to a turn last, if
-    the rows show them. ``chosen``: mask over all rows.
+    the model, which include those of the ``members`` at coordinates ``u``. ``chosen``: mask over all rows.
     ``log_det``: ln|1 + AᵀA| of the nuisances. ``residuals``: of the recording, the later one of a pair.
     """
 
@@ -53,22 +51,12 @@ class Whitened:
         # Datum, zero and drift come first, then the errors of the model.
         self.known = sum(one.nuisance.shape[1] for one in files)
         known = diagonal([one.white(one.residuals.nuisance) for one in self._files])
-        corners = self._white_together([one.residuals.corner_error for one in self._files])
-        nuisance = np.hstack([known, *self._model_errors(members, u), corners])
+        self.nuisance = np.hstack([known, *self._model_errors(members, u)])
         # Nuisances may be nearly parallel and far larger than the noise: normal equations would lose their digits.
-        count = nuisance.shape[1]
-        orthogonal, triangle = np.linalg.qr(np.vstack([nuisance, np.eye(count)]))
-        span: FloatArray = orthogonal[: self.z.size]
-        # A sum over the first columns alone belongs to these.
-        log_det = np.concatenate([[0.0], 2.0 * np.cumsum(np.log(np.abs(np.diag(triangle))))])
-        chosen, self.log_det = count, float(log_det[count])
-        if corners.shape[1]:
-            # Another model may have the corners of this one, or others: both are equally probable.
-            without = count - corners.shape[1]
-            fall = float(np.sum((self.z @ span[:, without:]) ** 2))
-            chosen = without if fall < log_det[count] - log_det[without] else count
-            self.log_det = float(log_det[chosen]) + 2.0 * math.log(2.0)
-        self.nuisance, self._span = nuisance[:, :chosen], span[:, :chosen]
+        count = self.nuisance.shape[1]
+        orthogonal, triangle = np.linalg.qr(np.vstack([self.nuisance, np.eye(count)]))
+        self._span: FloatArray = orthogonal[: self.z.size]
+        self.log_det = 2.0 * float(np.sum(np.log(np.abs(np.diag(triangle)))))
 
     def _model_errors(self, members: Sequence[Candidate], u: FloatArray) -> list[FloatArray]:
         """Errors of the model: two files of a pair share all but those of single rows."""
@@ -84,11 +72,8 @@ class Whitened:
             shared += [[one.residuals.branch_error(peak, members, u) for one in files]]
             shared += [[one.residuals.unnamed_error for one in files]]
         rows = diagonal([one.white(one.residuals.row_error) for one in files])
-        return [rows, *(self._white_together(some) for some in shared)]
-
-    def _white_together(self, columns: Sequence[FloatArray]) -> FloatArray:
-        """Whitened columns that the files share."""
-        return _stacked([one.white(some) for one, some in zip(self._files, columns, strict=True)])
+        white = [[one.white(columns) for one, columns in zip(files, some, strict=True)] for some in shared]
+        return [rows, *(_stacked(some) for some in white)]
 
     def columns(self, candidates: Sequence[Candidate]) -> FloatArray:
         """Columns of all coordinates per prior width, two for each candidate; the second is zero for one coordinate."""

@@ -22,13 +22,11 @@ from cycloid_profile.diagnosis.search.search import SearchResult
 from cycloid_profile.diagnosis.verdict._identical_effects import always_identical, cosine
 from cycloid_profile.diagnosis.verdict.result import NamedEffect, SizedEffect
 
-_RESCORED_SWAPS = 4  # names, each of one disc and of all
 _RESCORED_PLACES = 6  # locations of the same effect
 _PLACES_OF_LOOPS = 3  # places and shapes of one variety: on a loop they differ little
-_REACH_OF_LOCATIONS = 40.0  # half chi²: other locations on curves that are this much worse are not fitted
-_MOSTLY = 0.5  # of what the exact model says
+_REACH = 40.0  # half chi²: what is this much worse on curves is not compared further
 _LISTED = 5  # names in a note or in a line of progress
-_STEPS = 4  # of a replaced member: the others start at their optimum
+_STEPS = 4  # of a replaced member, where linear equations decide if it needs more: the others start at their optimum
 
 
 def named_effects(
@@ -150,44 +148,30 @@ def ambiguity_group(
         alternative = rescored.remaining_member(others)
         if alternative is None or alternative.name == mine.name or rescored.implausible:
             continue
-        if _fit_of(rescored) >= _fit_of(best) - _distinguished(best):
+        if _as_good(found, rescored):
             group.setdefault(alternative.name, alternative)
-    names: float = _RESCORED_SWAPS
-    at_places, reach, linear = 1, tuned.DISTINGUISHED, True
-    if found.model.only_loops:
+    # The exact model decides. Linear equations say where to look, and where fits of loops end early which names remain.
+    at_places, reach, loops = 1, tuned.DISTINGUISHED, found.model.only_loops
+    if loops:
         # With few pins in contact, linear equations misjudge effects that load further pins. A loop has one pose: the
         # exact model is cheap, and tries every name of plausible size there.
-        names, at_places, reach = math.inf, _PLACES_OF_LOOPS, math.inf
-    elif not _explained_by_linear_equations(found):
-        # They say nothing of others either.
-        names, linear = math.inf, False
+        at_places, reach = _PLACES_OF_LOOPS, math.inf
     evaluated: list[tuple[int, float]] = []
     tried: Counter[Variety] = Counter()
     for i, deficit in swaps(found, member, reach):
         alternative = library.candidates[i]
         if alternative.name in group or tried[alternative.variety] >= at_places:
             continue
-        names_tried = {one for one, *_ in tried}
-        if alternative.name in names_tried or len(names_tried) < names:
-            # The exact model evaluates the nearest alternatives, linear equations the rest.
-            tried[alternative.variety] += 1
-            evaluated.append((i, deficit if linear else math.inf))
-        elif deficit < tuned.DISTINGUISHED:
-            group[alternative.name] = alternative
+        tried[alternative.variety] += 1
+        evaluated.append((i, deficit if loops else math.inf))
     if evaluated:
         asked = list(dict.fromkeys(library.candidates[i].name for i, _ in evaluated))
         more = ", …" if len(asked) > _LISTED else ""
         progress(f"alternatives: {', '.join(asked[:_LISTED])}{more}")
     for (i, deficit), optimum in zip(evaluated, _swapped(found, member, evaluated, {}), strict=True):
-        if _fits_as_well(best, optimum, deficit):
+        if _fits_as_well(found, optimum, deficit):
             group.setdefault(library.candidates[i].name, library.candidates[i])
     return list(group.values())
-
-
-def _explained_by_linear_equations(found: SearchResult) -> bool:
-    """Whether linear equations about the best set promise most of what it explains."""
-    explained = 0.5 * (found.model.baseline.misfit - found.best.misfit)
-    return _fit(found.equations, found.library.places(found.best.members)) > _MOSTLY * explained
 
 
 def _at_other_locations(found: SearchResult, member: int, progress: Callable[[str], None]) -> tuple[SizedEffect, ...]:
@@ -196,7 +180,7 @@ def _at_other_locations(found: SearchResult, member: int, progress: Callable[[st
     Linear equations propose them. About a large effect they miss equivalent parts, which are tried as well.
     """
     scans, best = found.model.only_scans, found.best
-    reach = tuned.DISTINGUISHED if scans else _REACH_OF_LOCATIONS
+    reach = tuned.DISTINGUISHED if scans else _REACH
     linear = dict(swaps(found, member, reach, other_locations=True))
     (mine,), u = best.part([member])
     moved = [] if scans else on_other_parts(found.library, replace(best, members=(mine,), u=u), found.model.reducer)
@@ -208,7 +192,7 @@ def _at_other_locations(found: SearchResult, member: int, progress: Callable[[st
     standing = [
         optimum
         for (_, deficit), optimum in zip(near, _swapped(found, member, near, starts), strict=True)
-        if optimum is not None and _fits_as_well(best, optimum, deficit)
+        if optimum is not None and _fits_as_well(found, optimum, deficit)
     ]
     return tuple(SizedEffect(one.members[-1], one.coordinates(-1), one.covariance_of(-1)) for one in standing)
 
@@ -231,7 +215,9 @@ def _swapped(
         # An alternative that fits worse in linear equations is abandoned as soon as it cannot reach the best set.
         beat = math.inf if deficit < tuned.DISTINGUISHED else found.best.misfit
         start = np.concatenate([u, starts[i]]) if i in starts else found.start(members)
-        attempt = Attempt(members, start, _STEPS, beat, least_gain=tuned.LEAST_GAIN)
+        attempt = Attempt(members, start, beat=beat, least_gain=tuned.LEAST_GAIN)
+        if math.isfinite(deficit):
+            attempt = replace(attempt, steps=_STEPS)
         prior = found.library.prior(members)
         optima.append(_member_last(known[0], members[-1]) if known else found.model.optimum(attempt, prior))
     return optima
@@ -250,24 +236,29 @@ def _member_last(optimum: Optimum, member: Candidate) -> Optimum:
     )
 
 
-def _fits_as_well(best: Optimum, alternative: Optimum | None, deficit: float) -> bool:
+def _fits_as_well(found: SearchResult, alternative: Optimum | None, deficit: float) -> bool:
     """Whether an alternative fits as well as the best set; ``deficit`` is its deficit in linear equations, half chi².
 
     An alternative whose fit did not converge counts as equal if its linear deficit is below ``DISTINGUISHED``.
     """
-    if alternative is None or alternative.implausible or _fit_of(alternative) < _fit_of(best) - _distinguished(best):
+    if alternative is None or alternative.implausible or not _as_good(found, alternative):
         return deficit < tuned.DISTINGUISHED and not (alternative is not None and alternative.converged)
     return True
+
+
+def _as_good(found: SearchResult, other: Optimum) -> bool:
+    """Whether an exact fit leaves about as much as the best set; off loops by its own error of the model, too.
+
+    A set that adds nothing to a turn gives it no error, and would win by that alone.
+    """
+    limit, deficit = _distinguished(found.best), 0.5 * (other.misfit - found.best.misfit)
+    near = limit < deficit < _REACH and not found.model.only_loops
+    return (found.model.deficit(other, found.best) if near else deficit) <= limit
 
 
 def _distinguished(best: Optimum) -> float:
     """Half chi² between the best set and one that fits clearly worse, where the best leaves more than noise."""
     return tuned.DISTINGUISHED * best.residual_variance
-
-
-def _fit_of(optimum: Optimum) -> float:
-    """Minus half of chi² and prior term at an exact optimum."""
-    return -0.5 * optimum.misfit
 
 
 def swaps(
