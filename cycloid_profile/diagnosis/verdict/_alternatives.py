@@ -24,7 +24,7 @@ from cycloid_profile.diagnosis.verdict.result import NamedEffect, SizedEffect
 
 _RESCORED_PLACES = 6  # locations of the same effect
 _PLACES_OF_LOOPS = 3  # places and shapes of one variety: on a loop they differ little
-_REACH = 40.0  # half chi²: what is this much worse on curves is not compared further
+_REACH_OF_LOCATIONS = 40.0  # half chi²: other locations on curves that are this much worse are not fitted
 _LISTED = 5  # names in a note or in a line of progress
 _STEPS = 4  # of a replaced member, where linear equations decide if it needs more: the others start at their optimum
 
@@ -148,7 +148,7 @@ def ambiguity_group(
         alternative = rescored.remaining_member(others)
         if alternative is None or alternative.name == mine.name or rescored.implausible:
             continue
-        if _as_good(found, rescored):
+        if _fit_of(rescored) >= _fit_of(best) - _distinguished(best):
             group.setdefault(alternative.name, alternative)
     # The exact model decides. Linear equations say where to look, and where fits of loops end early which names remain.
     at_places, reach, loops = 1, tuned.DISTINGUISHED, found.model.only_loops
@@ -169,7 +169,7 @@ def ambiguity_group(
         more = ", …" if len(asked) > _LISTED else ""
         progress(f"alternatives: {', '.join(asked[:_LISTED])}{more}")
     for (i, deficit), optimum in zip(evaluated, _swapped(found, member, evaluated, {}), strict=True):
-        if _fits_as_well(found, optimum, deficit):
+        if _fits_as_well(best, optimum, deficit):
             group.setdefault(library.candidates[i].name, library.candidates[i])
     return list(group.values())
 
@@ -180,7 +180,7 @@ def _at_other_locations(found: SearchResult, member: int, progress: Callable[[st
     Linear equations propose them. About a large effect they miss equivalent parts, which are tried as well.
     """
     scans, best = found.model.only_scans, found.best
-    reach = tuned.DISTINGUISHED if scans else _REACH
+    reach = tuned.DISTINGUISHED if scans else _REACH_OF_LOCATIONS
     linear = dict(swaps(found, member, reach, other_locations=True))
     (mine,), u = best.part([member])
     moved = [] if scans else on_other_parts(found.library, replace(best, members=(mine,), u=u), found.model.reducer)
@@ -192,7 +192,7 @@ def _at_other_locations(found: SearchResult, member: int, progress: Callable[[st
     standing = [
         optimum
         for (_, deficit), optimum in zip(near, _swapped(found, member, near, starts), strict=True)
-        if optimum is not None and _fits_as_well(found, optimum, deficit)
+        if optimum is not None and _fits_as_well(best, optimum, deficit)
     ]
     return tuple(SizedEffect(one.members[-1], one.coordinates(-1), one.covariance_of(-1)) for one in standing)
 
@@ -236,29 +236,24 @@ def _member_last(optimum: Optimum, member: Candidate) -> Optimum:
     )
 
 
-def _fits_as_well(found: SearchResult, alternative: Optimum | None, deficit: float) -> bool:
+def _fits_as_well(best: Optimum, alternative: Optimum | None, deficit: float) -> bool:
     """Whether an alternative fits as well as the best set; ``deficit`` is its deficit in linear equations, half chi².
 
     An alternative whose fit did not converge counts as equal if its linear deficit is below ``DISTINGUISHED``.
     """
-    if alternative is None or alternative.implausible or not _as_good(found, alternative):
+    if alternative is None or alternative.implausible or _fit_of(alternative) < _fit_of(best) - _distinguished(best):
         return deficit < tuned.DISTINGUISHED and not (alternative is not None and alternative.converged)
     return True
-
-
-def _as_good(found: SearchResult, other: Optimum) -> bool:
-    """Whether an exact fit leaves about as much as the best set; off loops by its own error of the model, too.
-
-    A set that adds nothing to a turn gives it no error, and would win by that alone.
-    """
-    limit, deficit = _distinguished(found.best), 0.5 * (other.misfit - found.best.misfit)
-    near = limit < deficit < _REACH and not found.model.only_loops
-    return (found.model.deficit(other, found.best) if near else deficit) <= limit
 
 
 def _distinguished(best: Optimum) -> float:
     """Half chi² between the best set and one that fits clearly worse, where the best leaves more than noise."""
     return tuned.DISTINGUISHED * best.residual_variance
+
+
+def _fit_of(optimum: Optimum) -> float:
+    """Minus half of chi² and prior term at an exact optimum."""
+    return -0.5 * optimum.misfit
 
 
 def swaps(
