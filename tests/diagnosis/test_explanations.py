@@ -283,6 +283,9 @@ def test_a_size_that_fits_as_well_with_the_opposite_sign_is_a_note():
     (one,) = notes(1008.9)
     assert one.startswith("amount_um of crank_eccentricity_error with the opposite sign fits as well")
     np.testing.assert_allclose(asked[0], [-0.4, 0.0, 0.3, 0.0])
+    # Both sizes count by one error of the model, whatever they leave by their own.
+    everything = SimpleNamespace(state=lambda *_: SimpleNamespace(misfit_with_prior=2000.0), deficit=lambda *_: 4.0)
+    assert len(alternatives.sign_notes(everything, final)) == 1
 
 
 def test_alternatives_are_fitted_exactly_unless_they_were():

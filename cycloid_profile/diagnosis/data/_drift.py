@@ -15,6 +15,7 @@ from numpy.polynomial.legendre import legvander
 
 from cycloid_profile.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from cycloid_profile.diagnosis import _tuned as tuned
+from cycloid_profile.diagnosis.data._smooth_forms import fitted_amounts
 from cycloid_profile.diagnosis.data.noise import Noise, run_starts
 
 _CHANCE = 1.0 / 80.0  # of a drift in a file without one
@@ -125,9 +126,8 @@ def _path_width(
 
 
 def _left(values: FloatArray, fixed: FloatArray) -> FloatArray:
-    """What is left of columns after a fit of ``fixed``; of many rows and few columns, normal equations are faster."""
-    fit, *_ = np.linalg.lstsq(fixed.T @ fixed, fixed.T @ values, rcond=1e-9)
-    return np.asarray(values - fixed @ fit)
+    """What is left of columns after a fit of ``fixed``."""
+    return np.asarray(values - fixed @ fitted_amounts(fixed, values))
 
 
 def _variance(rest: FloatArray) -> float:

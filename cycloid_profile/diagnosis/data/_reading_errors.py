@@ -8,6 +8,7 @@ import numpy as np
 
 from cycloid_profile.arrays import BoolArray, FloatArray
 from cycloid_profile.diagnosis import _tuned as tuned
+from cycloid_profile.diagnosis.data._smooth_forms import CORNER_MULTIPLES, distinct_waves, fitted_amounts, waves
 from cycloid_profile.diagnosis.data.noise import local_noise
 from cycloid_profile.geometry import Trochoid
 
@@ -17,8 +18,7 @@ _CHANCE = 0.003  # probability of mistaking a reading error for a feature, for a
 _SCATTERED = 1.5  # times the noise: upper limit of the spread of a few rows of pure noise
 _DIGITS = 9  # of the largest value, beyond which values differ by rounding
 _LEAST_ROWS = 24  # of a file in which a row can be seen to be isolated
-_MULTIPLES = 50  # of lobes and of pins: waves of a corner fall with their number
-_MESHES = 12  # multiples of lobes times pins: shown as lower orders where rows are few
+_DIGITS_OF_WAVES = 6  # of cosines: rows at equal distances are written to a few digits
 _ROUNDS = 8  # at most; most turns need one or two
 _CHANCE_OF_WAVE = 0.01  # of a wave in a turn without one
 
@@ -100,38 +100,28 @@ def _mesh_waves(angle: FloatArray, trochoid: Trochoid) -> tuple[FloatArray, Floa
     Rows at equal distances show some orders as others: each counts once.
     """
     counts = np.array([trochoid.lobes, trochoid.pins, trochoid.lobes * trochoid.pins])
-    multiples = [np.arange(1, min(_MULTIPLES, angle.size // (2 * count)) + 1) * count for count in counts[:2]]
+    multiples = [np.arange(1, min(CORNER_MULTIPLES, angle.size // (2 * count)) + 1) * count for count in counts[:2]]
     slow = np.arange(tuned.LOW_ORDERS + 1)
-    orders = np.concatenate([slow, *multiples, counts[2] * np.arange(1, _MESHES + 1)])
-    wave = np.exp(1j * np.outer(angle, orders))
-    kept = np.sort(np.unique(np.round(wave.real, 6), axis=1, return_index=True)[1])
-    wave = wave[:, kept]
-    first = int(np.count_nonzero(kept < slow.size))
-    known, found = wave[:, :first], wave[:, first:]
-    return np.hstack([known.real, known.imag[:, 1:]]), np.stack([found.real, found.imag], axis=2).reshape(
-        angle.size, -1
-    )
+    orders = np.concatenate([slow, *multiples, counts[2] * np.arange(1, tuned.PRODUCTS + 1)])
+    kept = distinct_waves(np.exp(1j * np.outer(angle, orders)), _DIGITS_OF_WAVES)
+    known = 2 * int(np.count_nonzero(kept < slow.size)) - 1
+    columns = np.hstack([np.ones((angle.size, 1)), waves([*np.outer(orders[kept[1:]], angle)])])
+    return columns[:, :known], columns[:, known:]
 
 
 def _ripple(residual: FloatArray, columns: tuple[FloatArray, FloatArray], used: BoolArray) -> FloatArray:
     """Those waves of the mesh that clearly exceed the rest, at all rows, shape (rows,); fitted to the ``used`` rows."""
-    slow, waves = columns
+    slow, mesh = columns
     both = np.hstack(columns)
     rows, count = int(np.count_nonzero(used)), both.shape[1]
     if rows < 2 * count:
         return np.zeros(residual.size)
-    fit = _fitted(both, residual, used)
+    fit = fitted_amounts(both[used], residual[used])
     level = float(np.sum((residual - both @ fit)[used] ** 2)) / (rows - count)
     power = 0.5 * rows * np.sum(fit[slow.shape[1] :].reshape(-1, 2) ** 2, axis=1)
-    shown = waves[:, np.repeat(power > 2.0 * level * math.log(max(power.size, 1) / _CHANCE_OF_WAVE), 2)]
-    found: FloatArray = shown @ _fitted(np.hstack([slow, shown]), residual, used)[slow.shape[1] :]
+    shown = mesh[:, np.repeat(power > 2.0 * level * math.log(max(power.size, 1) / _CHANCE_OF_WAVE), 2)]
+    found: FloatArray = shown @ fitted_amounts(np.hstack([slow, shown])[used], residual[used])[slow.shape[1] :]
     return found
-
-
-def _fitted(columns: FloatArray, values: FloatArray, used: BoolArray) -> FloatArray:
-    """Least-squares amounts of columns, from the ``used`` rows."""
-    some = columns[used]
-    return np.asarray(np.linalg.lstsq(some.T @ some, some.T @ values[used], rcond=1e-9)[0])
 
 
 def _isolated(far: BoolArray, neighbours: FloatArray) -> BoolArray:

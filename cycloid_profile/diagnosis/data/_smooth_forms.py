@@ -1,4 +1,4 @@
-"""Columns of smooth curves: hat functions, waves, and any smooth form of the lobes of a disc."""
+"""Columns of smooth curves: hat functions, waves, and any smooth form of the lobes of a disc; their amounts."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cycloid_profile.arrays import FloatArray
+from cycloid_profile.arrays import ComplexArray, FloatArray, IntArray
 from cycloid_profile.geometry import EqualArc, ToothProfile
 
+CORNER_MULTIPLES = 50  # of lobes and of pins: a corner is as narrow as the load on a tooth that just touches
 _PER_LOBE = 24  # knots of the form of a lobe: four waves a lobe
 
 
@@ -27,6 +28,17 @@ def waves(angles: Sequence[FloatArray]) -> FloatArray:
     """Cosine and sine of each of ``angles``, shape (rows, 2·angles)."""
     found = [wave for angle in angles for wave in (np.cos(angle), np.sin(angle))]
     return np.stack(found, axis=1)
+
+
+def distinct_waves(wave: ComplexArray, digits: int = 9) -> IntArray:
+    """Columns that differ from all before them: rows at equal distances show some orders as others."""
+    found: IntArray = np.sort(np.unique(np.round(wave.real, digits), axis=1, return_index=True)[1])
+    return found
+
+
+def fitted_amounts(columns: FloatArray, values: FloatArray) -> FloatArray:
+    """Least-squares amounts of columns; of many rows and few columns, normal equations are faster."""
+    return np.asarray(np.linalg.lstsq(columns.T @ columns, columns.T @ values, rcond=1e-9)[0])
 
 
 def forms_of_scan(profile: ToothProfile, position: FloatArray, lobe: FloatArray, phase: FloatArray) -> FloatArray:

@@ -22,7 +22,13 @@ from cycloid_profile.diagnosis.data._loops import (
     path_error_share,
     torque_since_reversal,
 )
-from cycloid_profile.diagnosis.data._smooth_forms import forms_of_scan, hat_functions, waves
+from cycloid_profile.diagnosis.data._smooth_forms import (
+    CORNER_MULTIPLES,
+    distinct_waves,
+    forms_of_scan,
+    hat_functions,
+    waves,
+)
 from cycloid_profile.diagnosis.data.noise import Noise
 from cycloid_profile.diagnosis.data.recording import Recording
 from cycloid_profile.diagnosis.model.priors import body_error
@@ -38,7 +44,6 @@ _STICKS = (0.5, 1.5)  # of the torque over which friction sticks after a reversa
 _OCTAVES = 6  # of torque: below a thirtieth of the largest either flank may touch
 _LEAST_FRICTION = 1e-6  # of the largest torque: it sticks over less than the step between any two rows
 _TORQUE_STEP = 0.1  # of the largest torque: about one further pin bears
-_CORNER_MULTIPLES = 50  # of lobes and of pins: a corner is as narrow as the load on a tooth that just touches
 _SHARED = 0.3  # of the largest singular value of waves: those of two that hardly differ are below
 _ROWS_OF_MULTIPLE = 16  # for each of them, twice as many as its columns and those of the other orders
 _FALLING = 3  # of lobes times pins, to which bodies, and effects that are the same at all angles, leave a ripple
@@ -128,13 +133,13 @@ class CornerWaves:
         """The waves at the rows of a turn."""
         trochoid = reducer.case.drive.trochoid
         counts = np.array([trochoid.lobes, trochoid.pins])
-        k = np.arange(1, min(_CORNER_MULTIPLES, position.size // _ROWS_OF_MULTIPLE) + 1)
+        k = np.arange(1, min(CORNER_MULTIPLES, position.size // _ROWS_OF_MULTIPLE) + 1)
         # Forms of parts and the ripple of equal lobes and pins err by themselves. On few rows they look like others.
-        others = np.concatenate([np.arange(tuned.LOW_ORDERS + 1), _product_orders(trochoid)[:_FALLING]])
+        others = np.concatenate([np.arange(tuned.LOW_ORDERS + 1), low_product_orders(trochoid)])
         corners = [count * k[count * k % np.prod(counts) > 0] for count in counts]
         wave = np.exp(1j * np.outer(position, np.concatenate([others, *corners])))
         family = np.repeat([0, 1, 2], [others.size, *(one.size for one in corners)])
-        distinct = _distinct(wave)
+        distinct = distinct_waves(wave)
         wave, family = wave[:, distinct], family[distinct]
         # Rows at nearly equal distances show some orders nearly as others: these share what is seen.
         return cls(wave, family, np.linalg.pinv(np.hstack([wave.real, wave.imag]), rcond=_SHARED))
@@ -150,12 +155,6 @@ class CornerWaves:
         whole = np.sqrt(np.bincount(self.family, ripple**2, 3))
         width = np.where(self.family > 0, np.minimum(tuned.PINS_OF_TURN * whole[self.family], ripple), 0.0)
         return _seen(width, self.wave, noise)
-
-
-def _distinct(wave: ComplexArray) -> IntArray:
-    """Columns that differ from all before them: rows at equal distances show some orders as others."""
-    found: IntArray = np.sort(np.unique(np.round(wave.real, 9), axis=1, return_index=True)[1])
-    return found
 
 
 def _finite(columns: FloatArray) -> FloatArray:
@@ -241,7 +240,7 @@ def order_error(
     others = np.arange(1, _FALLING * lobes + 1)
     multiple = np.concatenate([lobes * np.arange(1, tuned.PRODUCTS + 1), others[others % lobes > 0]])
     wave = np.exp(1j * np.outer(position, pins * multiple))
-    first = _distinct(wave)
+    first = distinct_waves(wave)
     wave = wave[:, first]
     predicted = np.nan_to_num(curve.prediction.on_last_flank)[:, np.newaxis]
     of_bodies = _ripple(predicted, wave)[:, 0] if reducer.case.disc_bodies else 0.0
@@ -263,9 +262,9 @@ def _ripple(columns: FloatArray, wave: ComplexArray) -> FloatArray:
     return found
 
 
-def _product_orders(trochoid: Trochoid) -> IntArray:
-    """Orders per turn of the output at which equal lobes and pins leave a ripple, rising."""
-    return trochoid.lobes * trochoid.pins * np.arange(1, tuned.PRODUCTS + 1)
+def low_product_orders(trochoid: Trochoid) -> IntArray:
+    """First orders per turn of the output at which equal lobes and pins leave a ripple, rising."""
+    return trochoid.lobes * trochoid.pins * np.arange(1, _FALLING + 1)
 
 
 def orders_of_turn(trochoid: Trochoid) -> FloatArray:
@@ -312,7 +311,7 @@ def form_error(
     columns = _modulated(signature - mean, [position, 2.0 * position, *mesh])
     if recording.kind.zero_unknown:
         return columns
-    ripple = [order * position for order in _product_orders(trochoid)[:_FALLING]]
+    ripple = [order * position for order in low_product_orders(trochoid)]
     return np.hstack([columns, _modulated(np.full(signature.size, mean), ripple)])
 
 

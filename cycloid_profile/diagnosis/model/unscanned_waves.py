@@ -16,6 +16,7 @@ import numpy as np
 
 from cycloid_profile.arrays import ComplexArray, FloatArray
 from cycloid_profile.diagnosis.data.noise import SCATTER_OF_ESTIMATE, sidak
+from cycloid_profile.diagnosis.model._model_error import low_product_orders
 from cycloid_profile.diagnosis.model.candidate import Candidate
 from cycloid_profile.diagnosis.model.chatter_spectrum import (
     AS_GOOD,
@@ -38,7 +39,6 @@ _PROPOSED, _LEADING, _APART = 12, 4, 2.0
 # Waves about a peak of the grid of half waves: steps of a fifth, then of a fiftieth.
 _ROUGHLY, _CLOSELY = np.arange(-2, 3) / 5.0, np.arange(-25, 26) / 50.0
 _OFF_LOBES = 2.5  # waves next to those that ``off_lobes`` counts as tooth form: modulated once or twice a turn
-_MESHES = 3  # multiples of lobes times pins that the form of all lobes and loads may take freely
 _GAIN = 2.0  # of chi²: least gain for a change of the number of waves
 _AT_ONCE = 2_000_000  # pairs of pins
 # Least independence of cosine and sine; below it a wave has no power.
@@ -225,7 +225,7 @@ def unscanned(blocks: Sequence[Whitened]) -> list[int]:
 def _mesh(block: Whitened) -> FloatArray:
     """Columns of the mesh order and its multiples: form of all lobes, loads and compliances."""
     trochoid = block.residuals.reducer.case.drive.trochoid
-    angle = trochoid.lobes * trochoid.pins * np.outer(block.residuals.position, 1.0 + np.arange(_MESHES))
+    angle = np.outer(block.residuals.position, low_product_orders(trochoid))
     return block.white(np.hstack([np.cos(angle), np.sin(angle)]))
 
 

@@ -205,7 +205,8 @@ def _swapped(
 ) -> list[Optimum | None]:
     """The best set with one member replaced by each alternative, the alternative last, on the exact model.
 
-    Each fit begins at its entry in ``starts``, else where linear equations say.
+    Each fit begins at its entry in ``starts``, else where linear equations say. Of each alternative its number and its
+    deficit in linear equations, infinite where these do not decide.
     """
     others, u = found.best.part([j for j in range(len(found.best.members)) if j != member])
     optima = []
@@ -215,9 +216,8 @@ def _swapped(
         # An alternative that fits worse in linear equations is abandoned as soon as it cannot reach the best set.
         beat = math.inf if deficit < tuned.DISTINGUISHED else found.best.misfit
         start = np.concatenate([u, starts[i]]) if i in starts else found.start(members)
-        attempt = Attempt(members, start, beat=beat, least_gain=tuned.LEAST_GAIN)
-        if math.isfinite(deficit):
-            attempt = replace(attempt, steps=_STEPS)
+        steps = _STEPS if math.isfinite(deficit) else Attempt.steps
+        attempt = Attempt(members, start, steps, beat, least_gain=tuned.LEAST_GAIN)
         prior = found.library.prior(members)
         optima.append(_member_last(known[0], members[-1]) if known else found.model.optimum(attempt, prior))
     return optima
