@@ -89,9 +89,9 @@ def errors_of_turn(
         errors = beyond(ripple)
         if np.array_equal(errors, known):
             break
-    rest = residual - ripple
-    rest[errors] = np.interp(row[errors], row[~errors], rest[~errors])
-    return errors, rest + ripple
+    filled = residual.copy()
+    filled[errors] = ripple[errors] + np.interp(row[errors], row[~errors], (residual - ripple)[~errors])
+    return errors, filled
 
 
 def _mesh_waves(angle: FloatArray, trochoid: Trochoid) -> tuple[FloatArray, FloatArray]:
